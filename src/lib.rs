@@ -3,3 +3,13 @@
 pub mod face;
 
 pub mod camera;
+
+pub mod skin;
+
+pub mod customize;
+
+pub mod displacement;
+
+pub mod forces;
+
+pub mod project;

@@ -197,7 +197,8 @@ impl Mesh {
 
     /// Mean length of the edges, mm.
     pub fn mean_edge_length(&self) -> f64 {
-        let sum: f64 = self.edges.iter().map(|&[a, b]| (self.positions[a as usize] - self.positions[b as usize]).norm()).sum();
+        let sum: f64 =
+            self.edges.iter().map(|&[a, b]| (self.positions[a as usize] - self.positions[b as usize]).norm()).sum();
         sum / self.edges.len() as f64
     }
 

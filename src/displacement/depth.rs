@@ -1,0 +1,1 @@
+//! How deep a point of the last frame lies on its ray.

@@ -1,0 +1,69 @@
+//! From marks to displacement: the depth of the points in the last frame, and what becomes of those that nobody marked.
+
+use serde::{Deserialize, Serialize};
+
+pub mod depth;
+pub mod fill_in;
+
+/// How deep a point of the last frame lies on its ray.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DepthRule {
+    /// As deep as in the first frame. Thesis (4.8).
+    #[default]
+    FixedDepth,
+    /// Where the ray meets the first frame's surface: right where skin slides on a smooth skull.
+    SlideOnSurface,
+}
+
+/// What becomes of vertices that nobody marked in the last frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "rule", rename_all = "snake_case", deny_unknown_fields)]
+pub enum UnmarkedRule {
+    /// Those surrounded by marks are filled in by a harmonic solve; the others are unmeasured and carry no force.
+    Inferred {
+        /// How far a mark may lie to count as surrounding, mm.
+        reach_mm: f64,
+    },
+    /// They stay where they were, as in the thesis; the border of the marked skin then carries false forces (E23).
+    Held,
+}
+
+impl Default for UnmarkedRule {
+    /// 30 mm: three to four edges of the generic face, so that marks on every other vertex surround the one between.
+    fn default() -> Self {
+        Self::Inferred { reach_mm: 30.0 }
+    }
+}
+
+/// What is known of a vertex in the last frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum VertexState {
+    /// Marked by a hand.
+    Measured,
+    /// Surrounded by marks and filled in from them.
+    Inferred,
+    /// Held in its place on the head, by the annotator or by [`UnmarkedRule::Held`].
+    Fixed,
+    /// Nothing is known: no force.
+    #[default]
+    Unmeasured,
+}
+
+impl VertexState {
+    /// Whether the vertex has a place in the last frame.
+    pub fn is_known(self) -> bool {
+        self != Self::Unmeasured
+    }
+
+    /// The word used in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Measured => "measured",
+            Self::Inferred => "inferred",
+            Self::Fixed => "fixed",
+            Self::Unmeasured => "unmeasured",
+        }
+    }
+}

@@ -1,0 +1,228 @@
+//! The project: everything an annotator has said about one pair of frames, and nothing that can be computed from it.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::camera::Scale;
+use crate::customize::CustomizeSettings;
+use crate::displacement::{DepthRule, UnmarkedRule};
+use crate::forces::SpringRule;
+use crate::skin::StressStrainCurve;
+
+/// A pair of frames, the marks on them and the settings of the chain. Small, holds no pixels; changed by `Edit` alone.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Project {
+    /// Name for people.
+    pub name: String,
+    /// The two frames, by path and hash.
+    pub frames: FramePair,
+    /// Which face is fitted.
+    #[serde(default)]
+    pub face: FaceSource,
+    /// Where the camera stood.
+    #[serde(default)]
+    pub camera: CameraSettings,
+    /// How large a pixel is.
+    #[serde(default)]
+    pub scale: Scale,
+    /// Marks of the landmarks in the first frame, by landmark `id`.
+    #[serde(default)]
+    pub landmarks: BTreeMap<String, Mark>,
+    /// Feature points, by vertex.
+    #[serde(default)]
+    pub features: BTreeMap<u32, Feature>,
+    /// Choices for the stages of the chain.
+    #[serde(default)]
+    pub settings: Settings,
+    /// Free text of the annotator.
+    #[serde(default)]
+    pub notes: String,
+}
+
+/// The first (neutral) and the last (apex) frame of the expression.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FramePair {
+    /// Neutral face.
+    pub first: Option<FrameRef>,
+    /// Face at the height of the expression.
+    pub last: Option<FrameRef>,
+}
+
+/// A picture on disk, and what it must be.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrameRef {
+    /// Path, relative to the project file where that is possible; `/` between folders on every system.
+    pub path: String,
+    /// SHA-256 of the file's bytes, 64 hexadecimal digits.
+    pub sha256: String,
+    /// Width after orientation, px.
+    pub width_px: u32,
+    /// Height after orientation, px.
+    pub height_px: u32,
+}
+
+/// Where the face model comes from.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "model", rename_all = "snake_case", deny_unknown_fields)]
+pub enum FaceSource {
+    /// The embedded generic face.
+    #[default]
+    Generic,
+    /// A face model file.
+    File {
+        /// Path, as in [`FrameRef`].
+        path: String,
+        /// SHA-256 of the file's bytes.
+        sha256: String,
+    },
+}
+
+/// Position of the camera. Thesis (4.7).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraSettings {
+    /// Distance from the view plane to the projection reference point, mm (z_prp − z_vp).
+    ///
+    /// Default 1000: an arm's length and a half, usual for a portrait; the thesis does not print its own.
+    pub distance_mm: f64,
+    /// z of the view plane, mm. Default 0: through the inner eye corners of the generic face.
+    #[serde(default)]
+    pub view_plane_z_mm: f64,
+    /// Where the optical axis meets the first frame, px; absent = the centre of the picture.
+    #[serde(default)]
+    pub principal_point_px: Option<[f64; 2]>,
+}
+
+impl Default for CameraSettings {
+    fn default() -> Self {
+        Self { distance_mm: 1000.0, view_plane_z_mm: 0.0, principal_point_px: None }
+    }
+}
+
+/// A position that a hand has put on a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Mark {
+    /// Position, px.
+    pub at_px: [f64; 2],
+    /// What the annotator says of it.
+    #[serde(default)]
+    pub state: MarkState,
+    /// Standard deviation of this mark along each axis, px; absent = the project's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sigma_px: Option<f64>,
+}
+
+impl Mark {
+    /// A plain mark.
+    pub fn new(at_px: [f64; 2]) -> Self {
+        Self { at_px, state: MarkState::Marked, sigma_px: None }
+    }
+}
+
+/// What the annotator says of a mark. `unset` is the absence of one; `predicted` is computed and never stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MarkState {
+    /// Placed and believed.
+    #[default]
+    Marked,
+    /// Placed in doubt: counts, with a larger standard deviation ([`UNCERTAIN_FACTOR`]).
+    Uncertain,
+    /// Not visible in this frame: the position is a note, never data.
+    Occluded,
+    /// Placed and protected against the hand.
+    Locked,
+}
+
+impl MarkState {
+    /// Whether the position counts as a measurement.
+    pub fn is_data(self) -> bool {
+        self != Self::Occluded
+    }
+}
+
+/// How many times the standard deviation of an uncertain mark is that of a plain one.
+pub const UNCERTAIN_FACTOR: f64 = 3.0;
+
+/// A vertex that is followed from the first frame to the last.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Feature {
+    /// Where the skin point lies in the first frame, if the hand has moved it from the wireframe's own projection.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first: Option<Mark>,
+    /// Where the skin went in the last frame.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub last: Option<Mark>,
+    /// What kind of skin it is.
+    #[serde(default)]
+    pub role: Role,
+}
+
+/// What kind of skin a vertex is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// Skin that the expression may move.
+    #[default]
+    Skin,
+    /// Skin that this expression cannot move: gives the head's motion and the noise floor.
+    Still,
+    /// Held at its place on the head by the annotator's decision, marked or not.
+    Fixed,
+}
+
+/// Choices for the stages of the chain; every one has a default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// Fitting the generic face to the landmarks.
+    pub customize: CustomizeSettings,
+    /// Depth of the points in the last frame.
+    pub depth: DepthRule,
+    /// What becomes of vertices that nobody marked.
+    pub unmarked: UnmarkedRule,
+    /// The skin's stress–strain curve.
+    pub skin: StressStrainCurve,
+    /// Thickness of the skin, mm. Default 1.5, from the histology and ultrasound of facial skin (total 1.2–2.0 mm).
+    pub skin_thickness_mm: f64,
+    /// How an edge becomes a spring.
+    pub springs: SpringRule,
+    /// Standard deviation of a plain mark along each axis, px. Default 1: two people on a painted grid agree to 1–2 px.
+    pub marking_sigma_px: f64,
+    /// Whether the motion of the still points is removed (where there are at least three).
+    pub remove_head_motion: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            customize: CustomizeSettings::default(),
+            depth: DepthRule::default(),
+            unmarked: UnmarkedRule::default(),
+            skin: StressStrainCurve::default(),
+            skin_thickness_mm: 1.5,
+            springs: SpringRule::default(),
+            marking_sigma_px: 1.0,
+            remove_head_motion: true,
+        }
+    }
+}
+
+impl Project {
+    /// Standard deviation of a mark along each axis, px: its own or the project's, larger where it is uncertain.
+    pub fn sigma_px(&self, mark: &Mark) -> f64 {
+        let sigma = mark.sigma_px.unwrap_or(self.settings.marking_sigma_px);
+        if mark.state == MarkState::Uncertain { sigma * UNCERTAIN_FACTOR } else { sigma }
+    }
+
+    /// Number of feature points with a mark that counts in the last frame.
+    pub fn measured_count(&self) -> usize {
+        self.features.values().filter(|f| f.last.is_some_and(|m| m.state.is_data())).count()
+    }
+}

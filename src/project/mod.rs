@@ -1,0 +1,11 @@
+//! The project: what an annotator has said, how it changes, and how nothing of it is lost.
+
+pub mod document;
+pub mod edit;
+pub mod history;
+
+pub use document::{
+    CameraSettings, FaceSource, Feature, FramePair, FrameRef, Mark, MarkState, Project, Role, Settings,
+};
+pub use edit::{Edit, EditError, PointId, Which};
+pub use history::History;
