@@ -1,0 +1,164 @@
+//! What the chain makes of a project: every number that the window draws and the files hold.
+
+use nalgebra::{Point2, Point3, Vector3};
+
+use crate::camera::{Camera, HeadMotion};
+use crate::displacement::VertexState;
+
+/// The result of the whole chain for one project. Every list over vertices has one item a vertex of the face.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// The camera used, with its scale.
+    pub camera: Camera,
+    /// Whether the scale was measured: forces are then in newton, otherwise *relative*.
+    pub scale_measured: bool,
+    /// How the generic face was fitted.
+    pub fit: LandmarkFit,
+    /// Positions in the first frame, mm (customised, and moved by the hand's first-frame marks).
+    pub first: Vec<Point3<f64>>,
+    /// The same in the first frame's picture, px.
+    pub first_in_image: Vec<Point2<f64>>,
+    /// What the still points say.
+    pub head: HeadMotion,
+    /// What is known of each vertex in the last frame.
+    pub states: Vec<VertexState>,
+    /// Measured vertices with a neighbour of which nothing is known: their force carries the border's reaction.
+    pub border: Vec<bool>,
+    /// Positions in the last frame with the head's motion removed, mm. Of unmeasured vertices this is a prediction to draw, never data.
+    pub last: Vec<Point3<f64>>,
+    /// The same in the last frame's picture (head motion put back), px. For unmarked vertices: the predicted place of the point.
+    pub last_in_image: Vec<Point2<f64>>,
+    /// The force field.
+    pub field: ForceField,
+    /// What the user should know, gravest first.
+    pub warnings: Vec<Warning>,
+}
+
+/// The fit of the landmarks.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LandmarkFit {
+    /// Number of landmarks placed.
+    pub placed: usize,
+    /// Number of landmarks that the face has.
+    pub of: usize,
+    /// Distance of each placed landmark (id) from its mark after alignment and scaling, before the morph, px.
+    pub residuals_before_px: Vec<(String, f64)>,
+    /// Root mean square of those, px.
+    pub rms_before_px: f64,
+    /// Root mean square after the morph, px: rounding error, or something is wrong.
+    pub rms_after_px: f64,
+    /// Scale of the generic face along x, y, z.
+    pub scale: [f64; 3],
+    /// Triangles that the fit turned over.
+    pub folded: Vec<u32>,
+}
+
+/// Forces on every vertex, N (or relative): the muscles' pull, F = −K X. Thesis (4.5).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ForceField {
+    /// Force of the muscles on each vertex; zero, and not to be used, where the vertex is unmeasured.
+    pub force: Vec<Vector3<f64>>,
+    /// Standard error of each force: root mean square length of its error vector for the stated marking error.
+    pub sigma: Vec<f64>,
+    /// Component along the outward normal of the first frame's surface.
+    pub normal: Vec<f64>,
+    /// Length of the part in the surface.
+    pub tangential: Vec<f64>,
+    /// How far the force moves when the other depth rule is taken: what one camera cannot see.
+    pub depth_change: Vec<f64>,
+    /// Sum of the internal forces over the mesh: zero but for rounding, the self-check.
+    pub internal_sum: Vector3<f64>,
+    /// Vertices with a spring strained beyond the skin table.
+    pub outside_table: Vec<bool>,
+    /// Strain of every edge of the mesh; absent where an end is unmeasured.
+    pub strain: Vec<Option<f64>>,
+    /// Triangles of the last frame that lie upside down.
+    pub folded: Vec<u32>,
+}
+
+/// Something the user should know. `Display` is the sentence to show.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Warning {
+    /// No scale was given.
+    #[error("No scale is set: forces are relative. Set two points a known distance apart, the grid's pitch, or the eye corners' distance.")]
+    RelativeScale,
+    /// Landmarks are missing.
+    #[error("{placed} of {of} landmarks are placed: the wireframe follows only those.")]
+    LandmarksMissing {
+        /// Placed.
+        placed: usize,
+        /// All.
+        of: usize,
+    },
+    /// Nothing was removed.
+    #[error("{found} still points are marked; {needed} are needed to remove the head's motion. Forces include it.")]
+    HeadMotionNotRemoved {
+        /// Marked.
+        found: usize,
+        /// Needed.
+        needed: usize,
+    },
+    /// The still points disagree by more than the marks move.
+    #[error("The noise floor of the still points ({noise_px:.2} px) is larger than the expression ({motion_px:.2} px).")]
+    NoiseAboveMotion {
+        /// Noise floor.
+        noise_px: f64,
+        /// Root mean square motion of the measured points.
+        motion_px: f64,
+    },
+    /// Triangles turned over.
+    #[error("{count} triangles of the {frame} frame are folded, the first at vertex {vertex}: check the marks around it.")]
+    Folded {
+        /// Number of triangles.
+        count: usize,
+        /// "first" or "last".
+        frame: &'static str,
+        /// A vertex of the first of them.
+        vertex: u32,
+    },
+    /// Strains beyond the table.
+    #[error("{count} vertices have a spring strained beyond the skin table: their forces are extrapolated.")]
+    OutsideTable {
+        /// Number of vertices.
+        count: usize,
+    },
+    /// Marks on vertices or landmarks that the face does not have.
+    #[error("{what} is not part of this face and was left out.")]
+    NotInFace {
+        /// The mark.
+        what: String,
+    },
+    /// The marking error swamps the force.
+    #[error("At {sigma_px} px of marking error the median force is {ratio:.1} times its standard error: read the field with its ± only.")]
+    NoisyField {
+        /// The project's marking error.
+        sigma_px: f64,
+        /// Median of force / standard error.
+        ratio: f64,
+    },
+}
+
+impl ForceField {
+    /// Length of each force, absent where nothing is known of the vertex.
+    pub fn magnitude(&self, states: &[VertexState]) -> Vec<Option<f64>> {
+        self.force.iter().zip(states).map(|(f, s)| s.is_known().then(|| f.norm())).collect()
+    }
+
+    /// The vertex with the largest force among those with a force to believe, and that force.
+    pub fn peak(&self, states: &[VertexState]) -> Option<(usize, f64)> {
+        self.force
+            .iter()
+            .zip(states)
+            .enumerate()
+            .filter(|(_, (_, s))| **s == VertexState::Measured || **s == VertexState::Inferred)
+            .map(|(v, (f, _))| (v, f.norm()))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}
+
+impl Outcome {
+    /// "N" or "relative".
+    pub fn unit(&self) -> &'static str {
+        if self.scale_measured { "N" } else { "relative" }
+    }
+}
