@@ -1,1 +1,193 @@
-//! How deep a point of the last frame lies on its ray.
+//! How deep a point of the last frame lies on its ray: one camera does not see depth (E23), so a rule decides.
+
+use nalgebra::{Matrix3, Matrix3x2, Point3, Vector3};
+
+use crate::camera::Ray;
+use crate::face::Mesh;
+use crate::face::mesh::NONE;
+
+/// A marked point brought back into face space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placed {
+    /// Where it is, mm.
+    pub position: Point3<f64>,
+    /// How it follows the mark: ∂x/∂p, mm per px.
+    pub slope_mm_per_px: Matrix3x2<f64>,
+    /// Whether it lies on the mesh; false beyond a border, where the nearest triangle's plane was continued.
+    pub on_surface: bool,
+}
+
+/// Where a ray meets the plane through `q` with normal `n`, and how that follows the ray's direction.
+///
+/// x = o + t d with t = n·(q − o) / n·d;  ∂x/∂d = t (I − d nᵀ / n·d). Absent where the ray runs along the plane.
+pub fn meet_plane(ray: &Ray, slope: &Matrix3x2<f64>, q: &Point3<f64>, n: &Vector3<f64>) -> Option<Placed> {
+    let along = n.dot(&ray.direction);
+    if along.abs() <= 1e-9 * n.norm() * ray.direction.norm() {
+        return None;
+    }
+    let t = n.dot(&(q - ray.origin)) / along;
+    let follow = (Matrix3::identity() - ray.direction * n.transpose() / along) * t;
+    Some(Placed { position: ray.origin + ray.direction * t, slope_mm_per_px: follow * slope, on_surface: true })
+}
+
+/// The point keeps the depth it had in the first frame. Thesis (4.8).
+///
+/// `slope` is the change of the ray's direction with the pixel, in the same frame as the ray.
+pub fn fixed_depth(ray: &Ray, slope: &Matrix3x2<f64>, z_mm: f64) -> Option<Placed> {
+    meet_plane(ray, slope, &Point3::new(0.0, 0.0, z_mm), &Vector3::z())
+}
+
+/// The point slides on the first frame's surface: the ray meets the mesh, looked for by walking from a vertex's own triangles.
+///
+/// Beyond a border the plane of the last triangle is continued. Absent only for a ray that runs along that plane.
+pub fn slide_on_surface(
+    ray: &Ray,
+    slope: &Matrix3x2<f64>,
+    mesh: &Mesh,
+    positions: &[Point3<f64>],
+    start: u32,
+) -> Option<Placed> {
+    let (triangle, inside) = walk(ray, mesh, positions, start)?;
+    let t = mesh.triangles()[triangle as usize];
+    let normal = crate::face::mesh::doubled_area_vector(positions, t);
+    let placed = meet_plane(ray, slope, &positions[t[0] as usize], &normal)?;
+    Some(Placed { on_surface: inside, ..placed })
+}
+
+/// The triangle that the ray passes through, and whether it does (false: the last one before a border).
+///
+/// Each step leaves across the side whose volume with the ray is most negative; a walk that does not end within a
+/// generous number of steps (a fold in the way) gives way to a look at every triangle.
+fn walk(ray: &Ray, mesh: &Mesh, positions: &[Point3<f64>], start: u32) -> Option<(u32, bool)> {
+    let mut here = *mesh.triangles_of_vertex(start as usize).first()?;
+    let longest = 64 + 4 * (mesh.triangles().len() as f64).sqrt() as usize;
+    for _ in 0..longest {
+        let t = mesh.triangles()[here as usize];
+        let volumes = side_volumes(ray, positions, t);
+        let total: f64 = volumes.iter().sum();
+        // Seen from behind all signs turn; dividing by the total's sign turns them back.
+        let [k, worst] = (0..3).fold([0.0, f64::INFINITY], |best, k| {
+            let v = volumes[k] * total.signum();
+            if v < best[1] { [k as f64, v] } else { best }
+        });
+        if worst >= 0.0 {
+            return Some((here, true));
+        }
+        // Side k is opposite corner k.
+        let k = k as usize;
+        match across(mesh, here, t[(k + 1) % 3], t[(k + 2) % 3]) {
+            NONE => return nearest_hit(ray, mesh, positions).map(|t| (t, true)).or(Some((here, false))),
+            next => here = next,
+        }
+    }
+    nearest_hit(ray, mesh, positions).map(|t| (t, true)).or(Some((here, false)))
+}
+
+/// Six times the signed volumes that the ray spans with each side; side k is opposite corner k.
+fn side_volumes(ray: &Ray, positions: &[Point3<f64>], t: [u32; 3]) -> [f64; 3] {
+    let [a, b, c] = t.map(|i| positions[i as usize] - ray.origin);
+    let d = -ray.direction;
+    [d.dot(&b.cross(&c)), d.dot(&c.cross(&a)), d.dot(&a.cross(&b))]
+}
+
+fn across(mesh: &Mesh, here: u32, p: u32, q: u32) -> u32 {
+    let of_q = mesh.triangles_of_vertex(q as usize);
+    let shared = mesh.triangles_of_vertex(p as usize).iter().find(|t| **t != here && of_q.contains(t));
+    shared.copied().unwrap_or(NONE)
+}
+
+/// Among all triangles that the ray passes through, the one nearest to its origin.
+fn nearest_hit(ray: &Ray, mesh: &Mesh, positions: &[Point3<f64>]) -> Option<u32> {
+    let mut best: Option<(f64, u32)> = None;
+    for (i, &t) in mesh.triangles().iter().enumerate() {
+        let v = side_volumes(ray, positions, t);
+        let total: f64 = v.iter().sum();
+        if total == 0.0 || v.iter().any(|v| v * total < 0.0) {
+            continue;
+        }
+        let normal = crate::face::mesh::doubled_area_vector(positions, t);
+        let distance = normal.dot(&(positions[t[0] as usize] - ray.origin)) / normal.dot(&ray.direction);
+        if distance > 0.0 && best.is_none_or(|b| distance < b.0) {
+            best = Some((distance, i as u32));
+        }
+    }
+    best.map(|b| b.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Camera;
+    use nalgebra::{Point2, Vector2};
+
+    fn camera() -> Camera {
+        Camera { principal_point_px: Point2::new(500.0, 500.0), z_prp_mm: 1000.0, z_vp_mm: 0.0, px_per_mm: 4.0 }
+    }
+
+    /// A dome z = −r²/100 over a 9 × 9 grid of pitch 5 mm.
+    fn dome() -> Mesh {
+        let n = 9;
+        let at = |i: usize| (i as f64 - 4.0) * 5.0;
+        let positions = (0..n * n)
+            .map(|i| {
+                let (x, y) = (at(i % n), at(i / n));
+                Point3::new(x, y, -(x * x + y * y) / 100.0)
+            })
+            .collect();
+        let mut triangles = Vec::new();
+        for r in 0..n - 1 {
+            for c in 0..n - 1 {
+                let i = (r * n + c) as u32;
+                let up = i + n as u32;
+                triangles.extend([[i, i + 1, up + 1], [i, up + 1, up]]);
+            }
+        }
+        Mesh::new(positions, triangles).unwrap()
+    }
+
+    #[test]
+    fn a_point_of_the_surface_is_found_again_from_any_start() {
+        let mesh = dome();
+        let x = mesh.positions();
+        for target in [[0_usize, 1, 10], [40, 41, 50], [70, 71, 80], [12, 13, 22]] {
+            let p = Point3::from(target.iter().map(|&i| x[i].coords).sum::<Vector3<f64>>() / 3.0);
+            let ray = camera().ray(&camera().image_from_face(&p));
+            for start in [0, 40, 80] {
+                let hit = slide_on_surface(&ray, &camera().ray_slope(), &mesh, x, start).unwrap();
+                assert!(hit.on_surface && (hit.position - p).norm() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn beyond_the_border_the_plane_goes_on_and_says_so() {
+        let mesh = dome();
+        let ray = camera().ray(&Point2::new(500.0, 500.0 + 4.0 * 23.0));
+        let hit = slide_on_surface(&ray, &camera().ray_slope(), &mesh, mesh.positions(), 40).unwrap();
+        assert!(!hit.on_surface && (hit.position.y + 23.0).abs() < 0.5 && hit.position.z < -3.5);
+    }
+
+    #[test]
+    fn slopes_agree_with_central_differences_for_both_rules() {
+        let mesh = dome();
+        let p = Point2::new(521.0, 467.0);
+        let place = |p: Point2<f64>, fixed: bool| {
+            let ray = camera().ray(&p);
+            if fixed {
+                fixed_depth(&ray, &camera().ray_slope(), -3.0).unwrap()
+            } else {
+                slide_on_surface(&ray, &camera().ray_slope(), &mesh, mesh.positions(), 40).unwrap()
+            }
+        };
+        for fixed in [true, false] {
+            for (axis, e) in [Vector2::x(), Vector2::y()].into_iter().enumerate() {
+                let h = 1e-3;
+                let d = (place(p + e * h, fixed).position - place(p - e * h, fixed).position) / (2.0 * h);
+                assert!((d - place(p, fixed).slope_mm_per_px.column(axis)).norm() < 1e-8);
+            }
+        }
+        // Thesis (4.8) by hand: z = −3 mm is 1003 mm from the camera: x = 21/4 · 1.003.
+        let by_hand = Point3::new(21.0 / 4.0 * 1.003, 33.0 / 4.0 * 1.003, -3.0);
+        assert!((place(p, true).position - by_hand).norm() < 1e-9);
+    }
+}
