@@ -4,6 +4,8 @@ pub mod face;
 
 pub mod camera;
 
+pub mod frames;
+
 pub mod skin;
 
 pub mod customize;
