@@ -15,3 +15,8 @@ pub mod displacement;
 pub mod forces;
 
 pub mod project;
+
+pub mod pipeline;
+
+#[cfg(feature = "gui")]
+pub mod gui;

@@ -118,7 +118,9 @@ fn only_the_window_names_the_window_toolkit() {
 #[test]
 fn every_source_file_opens_with_a_sentence() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    for path in ["src", "tests", "benches"].iter().map(|f| root.join(f)).filter(|f| f.exists()).flat_map(|f| sources(&f)) {
+    for path in
+        ["src", "tests", "benches"].iter().map(|f| root.join(f)).filter(|f| f.exists()).flat_map(|f| sources(&f))
+    {
         let text = fs::read_to_string(&path).unwrap();
         assert!(text.starts_with("//! "), "{} does not say what it is", path.display());
     }

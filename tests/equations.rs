@@ -25,8 +25,7 @@ fn tags(text: &str) -> BTreeSet<String> {
             found.extend((from..=n).map(|k| format!("{chapter}.{k}")));
             last = Some((chapter, n));
             let separators = ["–", ", ", " and ", "-"];
-            let Some((separator, next)) =
-                separators.iter().find_map(|s| after.strip_prefix(s).map(|next| (*s, next)))
+            let Some((separator, next)) = separators.iter().find_map(|s| after.strip_prefix(s).map(|next| (*s, next)))
             else {
                 break;
             };

@@ -80,7 +80,9 @@ pub struct ForceField {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Warning {
     /// No scale was given.
-    #[error("No scale is set: forces are relative. Set two points a known distance apart, the grid's pitch, or the eye corners' distance.")]
+    #[error(
+        "No scale is set: forces are relative. Set two points a known distance apart, the grid's pitch, or the eye corners' distance."
+    )]
     RelativeScale,
     /// Landmarks are missing.
     #[error("{placed} of {of} landmarks are placed: the wireframe follows only those.")]
@@ -99,7 +101,9 @@ pub enum Warning {
         needed: usize,
     },
     /// The still points disagree by more than the marks move.
-    #[error("The noise floor of the still points ({noise_px:.2} px) is larger than the expression ({motion_px:.2} px).")]
+    #[error(
+        "The noise floor of the still points ({noise_px:.2} px) is larger than the expression ({motion_px:.2} px)."
+    )]
     NoiseAboveMotion {
         /// Noise floor.
         noise_px: f64,
@@ -107,7 +111,9 @@ pub enum Warning {
         motion_px: f64,
     },
     /// Triangles turned over.
-    #[error("{count} triangles of the {frame} frame are folded, the first at vertex {vertex}: check the marks around it.")]
+    #[error(
+        "{count} triangles of the {frame} frame are folded, the first at vertex {vertex}: check the marks around it."
+    )]
     Folded {
         /// Number of triangles.
         count: usize,
@@ -129,7 +135,9 @@ pub enum Warning {
         what: String,
     },
     /// The marking error swamps the force.
-    #[error("At {sigma_px} px of marking error the median force is {ratio:.1} times its standard error: read the field with its ± only.")]
+    #[error(
+        "At {sigma_px} px of marking error the median force is {ratio:.1} times its standard error: read the field with its ± only."
+    )]
     NoisyField {
         /// The project's marking error.
         sigma_px: f64,

@@ -1,0 +1,597 @@
+//! The one table of everything a person can tell the program: label, tooltip, menu and keys of each action.
+//!
+//! The menus, the shortcuts, the palette and the key sheet are all made from it.
+
+use egui::{Key, Modifiers};
+
+/// Something a person can tell the program to do, without further data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Action {
+    /// Begin an empty project.
+    New,
+    /// Open a project file.
+    Open,
+    /// Open the embedded sample.
+    OpenSample,
+    /// Save the project.
+    Save,
+    /// Save the project under another name.
+    SaveAs,
+    /// Choose the two frames.
+    OpenFrames,
+    /// Choose a folder of numbered frames.
+    OpenFolder,
+    /// Write the results into a folder.
+    Export,
+    /// Leave the program.
+    Quit,
+    /// Take back the last step.
+    Undo,
+    /// Do the step again.
+    Redo,
+    /// Show the list of steps.
+    ShowHistory,
+    /// Show the palette of commands.
+    Palette,
+    /// Show the workspace of the two frames.
+    WorkspaceFrames,
+    /// Show the workspace of the forces.
+    WorkspaceForces,
+    /// Fit the picture into its pane.
+    Fit,
+    /// Closer.
+    ZoomIn,
+    /// Farther.
+    ZoomOut,
+    /// Zoom and pan both panes together.
+    LinkPanes,
+    /// Show this pane's place in the other one.
+    MatchPanes,
+    /// Swap the two pictures while looking.
+    Blink,
+    /// Hide and show marks.
+    HideMarks,
+    /// Hide and show names.
+    ShowNames,
+    /// Hide and show the wireframe.
+    ShowWireframe,
+    /// Draw the wireframe of the chosen regions only.
+    RegionOnly,
+    /// Show the loupe while pointing, too.
+    LoupeAlways,
+    /// Enhance local contrast of the pane under the pointer.
+    Clahe,
+    /// Put brightness and contrast of both panes back.
+    ResetAdjustment,
+    /// Hide and show the table of points.
+    ShowTable,
+    /// Dark colours.
+    Dark,
+    /// Light colours.
+    Light,
+    /// Only select and drag.
+    ToolSelect,
+    /// Place the landmarks one after the other.
+    ToolLandmarks,
+    /// Mark the feature points one after the other.
+    ToolFeatures,
+    /// The next point.
+    Next,
+    /// The point before.
+    Previous,
+    /// Take the predicted place for the point's mark.
+    Accept,
+    /// Remove the mark.
+    ClearMark,
+    /// Protect the mark against the hand, or not.
+    Lock,
+    /// Mark in doubt, or not.
+    Uncertain,
+    /// Not visible here, or visible.
+    Occluded,
+    /// Make it ordinary skin.
+    RoleSkin,
+    /// Make it a still point.
+    RoleStill,
+    /// Hold it in place.
+    RoleFixed,
+    /// Remove all marks of the last frame.
+    ClearLast,
+    /// Move the selected point a little.
+    Nudge(Direction, Step),
+    /// Show the keys.
+    Keys,
+    /// Say what this program is.
+    About,
+}
+
+/// Where a nudge goes on the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Direction {
+    /// −x.
+    Left,
+    /// +x.
+    Right,
+    /// −y.
+    Up,
+    /// +y.
+    Down,
+}
+
+impl Direction {
+    /// Unit step, px, y down.
+    pub fn unit(self) -> [f64; 2] {
+        match self {
+            Self::Left => [-1.0, 0.0],
+            Self::Right => [1.0, 0.0],
+            Self::Up => [0.0, -1.0],
+            Self::Down => [0.0, 1.0],
+        }
+    }
+}
+
+/// How far a nudge goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Step {
+    /// 0.1 px.
+    Small,
+    /// 0.5 px.
+    Medium,
+    /// 5 px.
+    Large,
+}
+
+impl Step {
+    /// Length, px.
+    pub fn px(self) -> f64 {
+        match self {
+            Self::Small => 0.1,
+            Self::Medium => 0.5,
+            Self::Large => 5.0,
+        }
+    }
+}
+
+/// The menus of the menu bar, from left to right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Menu {
+    /// Files.
+    File,
+    /// The history.
+    Edit,
+    /// How things are shown.
+    View,
+    /// The selected point.
+    Point,
+    /// Moving the selected point by keys; a part of the menu of the point.
+    Nudge,
+    /// Help.
+    Help,
+}
+
+impl Menu {
+    /// The menus of the bar.
+    pub const BAR: [Self; 5] = [Self::File, Self::Edit, Self::View, Self::Point, Self::Help];
+
+    /// Its title.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::File => "File",
+            Self::Edit => "Edit",
+            Self::View => "View",
+            Self::Point => "Point",
+            Self::Nudge => "Nudge",
+            Self::Help => "Help",
+        }
+    }
+}
+
+/// A key with what is held beside it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Chord {
+    /// Held keys.
+    pub modifiers: Modifiers,
+    /// The key.
+    pub key: Key,
+}
+
+impl Chord {
+    /// "Ctrl+Shift+Z".
+    pub fn text(self) -> String {
+        let mut text = String::new();
+        for (held, word) in
+            [(self.modifiers.command, "Ctrl+"), (self.modifiers.alt, "Alt+"), (self.modifiers.shift, "Shift+")]
+        {
+            if held {
+                text.push_str(word);
+            }
+        }
+        text + match self.key {
+            Key::ArrowLeft => "Left",
+            Key::ArrowRight => "Right",
+            Key::ArrowUp => "Up",
+            Key::ArrowDown => "Down",
+            Key::Period => ".",
+            Key::Comma => ",",
+            Key::Plus => "+",
+            Key::Minus => "-",
+            key => key.name(),
+        }
+    }
+}
+
+/// A row of the table.
+#[derive(Clone, Copy, Debug)]
+pub struct Spec {
+    /// What it does.
+    pub action: Action,
+    /// Words on the menu and in the palette.
+    pub label: &'static str,
+    /// One sentence that says what happens.
+    pub tooltip: &'static str,
+    /// Where it stands.
+    pub menu: Menu,
+    /// Whether a line is drawn above it in the menu.
+    pub new_group: bool,
+    /// Its keys; the first is shown.
+    pub keys: &'static [Chord],
+}
+
+const fn plain(key: Key) -> Chord {
+    Chord { modifiers: Modifiers::NONE, key }
+}
+const fn ctrl(key: Key) -> Chord {
+    Chord { modifiers: Modifiers::COMMAND, key }
+}
+const fn shift(key: Key) -> Chord {
+    Chord { modifiers: Modifiers::SHIFT, key }
+}
+const fn alt(key: Key) -> Chord {
+    Chord { modifiers: Modifiers::ALT, key }
+}
+const fn ctrl_shift(key: Key) -> Chord {
+    Chord { modifiers: Modifiers::COMMAND.plus(Modifiers::SHIFT), key }
+}
+
+const fn row(action: Action, menu: Menu, label: &'static str, keys: &'static [Chord], tooltip: &'static str) -> Spec {
+    Spec { action, label, tooltip, menu, new_group: false, keys }
+}
+
+const fn group(spec: Spec) -> Spec {
+    Spec { new_group: true, ..spec }
+}
+
+use Action as A;
+use Menu as M;
+
+/// Every action, in the order of the menus.
+pub const TABLE: &[Spec] = &[
+    row(A::New, M::File, "New project", &[ctrl(Key::N)], "Begin with an empty project."),
+    row(A::Open, M::File, "Open project…", &[ctrl(Key::O)], "Open a project file."),
+    row(
+        A::OpenSample,
+        M::File,
+        "Open sample",
+        &[],
+        "Open the embedded sample: two frames of a rendered brow raise, marked.",
+    ),
+    group(row(A::Save, M::File, "Save", &[ctrl(Key::S)], "Save the project; the last good copy is kept beside it.")),
+    row(A::SaveAs, M::File, "Save as…", &[ctrl_shift(Key::S)], "Save the project under another name."),
+    group(row(
+        A::OpenFrames,
+        M::File,
+        "Open frames…",
+        &[ctrl(Key::F)],
+        "Choose the first (neutral) and the last (apex) picture.",
+    )),
+    row(
+        A::OpenFolder,
+        M::File,
+        "Open folder of frames…",
+        &[ctrl_shift(Key::F)],
+        "Choose a folder of numbered pictures; first and last are proposed and can be changed.",
+    ),
+    group(row(
+        A::Export,
+        M::File,
+        "Export results…",
+        &[ctrl(Key::E)],
+        "Write the forces as a table, a mesh, a picture and a report into a folder.",
+    )),
+    group(row(A::Quit, M::File, "Quit", &[ctrl(Key::Q)], "Leave the program; unsaved changes are asked about.")),
+    row(A::Undo, M::Edit, "Undo", &[ctrl(Key::Z)], "Take back the last step."),
+    row(A::Redo, M::Edit, "Redo", &[ctrl_shift(Key::Z), ctrl(Key::Y)], "Do again what was taken back."),
+    row(A::ShowHistory, M::Edit, "History", &[ctrl(Key::H)], "Show the list of steps; click one to go there."),
+    group(row(
+        A::ClearLast,
+        M::Edit,
+        "Clear all marks of the last frame",
+        &[],
+        "Remove every mark of the last frame that is not locked. Can be undone.",
+    )),
+    group(row(A::Palette, M::Edit, "Command palette…", &[ctrl(Key::P)], "Find any command by its name.")),
+    row(A::WorkspaceFrames, M::View, "Frames", &[ctrl(Key::Num1)], "The two frames, with points to place and drag."),
+    row(A::WorkspaceForces, M::View, "Forces", &[ctrl(Key::Num2)], "The forces as a height map."),
+    group(row(
+        A::Fit,
+        M::View,
+        "Fit pictures",
+        &[plain(Key::Num0), plain(Key::F)],
+        "Show the whole picture in its pane. A double click does the same.",
+    )),
+    row(
+        A::ZoomIn,
+        M::View,
+        "Zoom in",
+        &[plain(Key::Plus), plain(Key::Equals), shift(Key::Plus)],
+        "Closer, at the centre of the pane. The wheel zooms at the pointer.",
+    ),
+    row(A::ZoomOut, M::View, "Zoom out", &[plain(Key::Minus)], "Farther."),
+    row(
+        A::LinkPanes,
+        M::View,
+        "Link panes",
+        &[plain(Key::K)],
+        "Zoom and pan both frames together; an offset between them is kept.",
+    ),
+    row(
+        A::MatchPanes,
+        M::View,
+        "Match other pane",
+        &[plain(Key::Q)],
+        "Let the other pane show the same place as the active one.",
+    ),
+    row(A::Blink, M::View, "Swap pictures", &[plain(Key::T)], "Show each pane the other's picture. Hold B to blink."),
+    group(row(A::HideMarks, M::View, "Marks", &[plain(Key::V)], "Hide or show every mark.")),
+    row(A::ShowNames, M::View, "Names", &[plain(Key::N)], "Hide or show the points' names."),
+    row(A::ShowWireframe, M::View, "Wireframe", &[plain(Key::W)], "Hide or show the wireframe."),
+    row(
+        A::RegionOnly,
+        M::View,
+        "Wireframe of chosen regions only",
+        &[plain(Key::R)],
+        "Draw only the part of the wireframe that is to be marked.",
+    ),
+    row(
+        A::LoupeAlways,
+        M::View,
+        "Loupe while pointing",
+        &[plain(Key::G)],
+        "Show the loupe whenever the pointer is on a frame, not only while dragging.",
+    ),
+    group(row(
+        A::Clahe,
+        M::View,
+        "Local contrast (CLAHE)",
+        &[plain(Key::C)],
+        "Enhance faint detail in the active pane. The project and the results do not change.",
+    )),
+    row(
+        A::ResetAdjustment,
+        M::View,
+        "Reset contrast",
+        &[shift(Key::C)],
+        "Put brightness and contrast of both panes back.",
+    ),
+    group(row(A::ShowTable, M::View, "Table of points", &[plain(Key::P)], "Hide or show the table under the frames.")),
+    group(row(A::Dark, M::View, "Dark colours", &[], "Dark colours.")),
+    row(A::Light, M::View, "Light colours", &[], "Light colours."),
+    row(A::ToolSelect, M::Point, "Select and drag", &[plain(Key::S)], "Clicks select, drags move."),
+    row(
+        A::ToolLandmarks,
+        M::Point,
+        "Place landmarks",
+        &[ctrl(Key::L)],
+        "Place the landmarks in the first frame one after the other; a small face shows which comes next.",
+    ),
+    row(
+        A::ToolFeatures,
+        M::Point,
+        "Mark feature points",
+        &[ctrl(Key::M)],
+        "Mark the chosen points in the last frame one after the other.",
+    ),
+    group(row(A::Next, M::Point, "Next point", &[plain(Key::Period), plain(Key::Tab)], "Go to the next point.")),
+    row(A::Previous, M::Point, "Previous point", &[plain(Key::Comma), shift(Key::Tab)], "Go to the point before."),
+    group(row(
+        A::Accept,
+        M::Point,
+        "Accept predicted place",
+        &[plain(Key::Enter)],
+        "Take the predicted place as the mark, and go to the next point.",
+    )),
+    row(
+        A::ClearMark,
+        M::Point,
+        "Clear mark",
+        &[plain(Key::Delete), plain(Key::Backspace)],
+        "Remove the mark; the point itself stays.",
+    ),
+    row(A::Lock, M::Point, "Lock", &[plain(Key::L)], "Protect the mark against the hand, or free it again."),
+    row(
+        A::Uncertain,
+        M::Point,
+        "Uncertain",
+        &[plain(Key::U)],
+        "Say that the mark is in doubt: it counts with three times the standard deviation.",
+    ),
+    row(
+        A::Occluded,
+        M::Point,
+        "Occluded",
+        &[plain(Key::O)],
+        "Say that the point cannot be seen here: its place is a note, never data.",
+    ),
+    group(row(A::RoleSkin, M::Point, "Ordinary skin", &[], "The expression may move this point.")),
+    row(
+        A::RoleStill,
+        M::Point,
+        "Still point",
+        &[],
+        "This skin cannot move with the expression: it gives the head's motion and the noise floor.",
+    ),
+    row(A::RoleFixed, M::Point, "Fixed point", &[], "Held at its place on the head, marked or not."),
+    row(
+        A::Nudge(Direction::Left, Step::Medium),
+        M::Nudge,
+        "Left 0.5 px",
+        &[plain(Key::ArrowLeft)],
+        "Move the selected point half a pixel.",
+    ),
+    row(
+        A::Nudge(Direction::Right, Step::Medium),
+        M::Nudge,
+        "Right 0.5 px",
+        &[plain(Key::ArrowRight)],
+        "Move the selected point half a pixel.",
+    ),
+    row(
+        A::Nudge(Direction::Up, Step::Medium),
+        M::Nudge,
+        "Up 0.5 px",
+        &[plain(Key::ArrowUp)],
+        "Move the selected point half a pixel.",
+    ),
+    row(
+        A::Nudge(Direction::Down, Step::Medium),
+        M::Nudge,
+        "Down 0.5 px",
+        &[plain(Key::ArrowDown)],
+        "Move the selected point half a pixel.",
+    ),
+    group(row(
+        A::Nudge(Direction::Left, Step::Large),
+        M::Nudge,
+        "Left 5 px",
+        &[shift(Key::ArrowLeft)],
+        "Move the selected point five pixels.",
+    )),
+    row(
+        A::Nudge(Direction::Right, Step::Large),
+        M::Nudge,
+        "Right 5 px",
+        &[shift(Key::ArrowRight)],
+        "Move the selected point five pixels.",
+    ),
+    row(
+        A::Nudge(Direction::Up, Step::Large),
+        M::Nudge,
+        "Up 5 px",
+        &[shift(Key::ArrowUp)],
+        "Move the selected point five pixels.",
+    ),
+    row(
+        A::Nudge(Direction::Down, Step::Large),
+        M::Nudge,
+        "Down 5 px",
+        &[shift(Key::ArrowDown)],
+        "Move the selected point five pixels.",
+    ),
+    group(row(
+        A::Nudge(Direction::Left, Step::Small),
+        M::Nudge,
+        "Left 0.1 px",
+        &[alt(Key::ArrowLeft)],
+        "Move the selected point a tenth of a pixel.",
+    )),
+    row(
+        A::Nudge(Direction::Right, Step::Small),
+        M::Nudge,
+        "Right 0.1 px",
+        &[alt(Key::ArrowRight)],
+        "Move the selected point a tenth of a pixel.",
+    ),
+    row(
+        A::Nudge(Direction::Up, Step::Small),
+        M::Nudge,
+        "Up 0.1 px",
+        &[alt(Key::ArrowUp)],
+        "Move the selected point a tenth of a pixel.",
+    ),
+    row(
+        A::Nudge(Direction::Down, Step::Small),
+        M::Nudge,
+        "Down 0.1 px",
+        &[alt(Key::ArrowDown)],
+        "Move the selected point a tenth of a pixel.",
+    ),
+    row(
+        A::Keys,
+        M::Help,
+        "Keys",
+        &[plain(Key::F1), plain(Key::Questionmark), shift(Key::Questionmark)],
+        "Show every key.",
+    ),
+    row(A::About, M::Help, "About Frontalis", &[], "What this program is, and its version."),
+];
+
+/// Keys that are held, not pressed, and what the pointer does; shown on the key sheet beside the table.
+pub const HELD: &[(&str, &str)] = &[
+    ("Wheel", "Zoom at the pointer"),
+    ("Middle drag, or Space + drag", "Pan"),
+    ("Drag a point", "Move it; the loupe shows where"),
+    ("Shift while dragging", "Move at a fifth of the speed"),
+    ("Esc", "Give up the drag; everything is as before"),
+    ("Hold B", "Blink: each pane shows the other's picture"),
+    ("Double click", "Fit pictures"),
+];
+
+impl Action {
+    /// Its row of the table.
+    pub fn spec(self) -> Option<&'static Spec> {
+        TABLE.iter().find(|s| s.action == self)
+    }
+
+    /// Words on the menu and in the palette.
+    pub fn label(self) -> &'static str {
+        self.spec().map_or("", |s| s.label)
+    }
+
+    /// The key that is shown for it, if it has one.
+    pub fn key_text(self) -> Option<String> {
+        self.spec().and_then(|s| s.keys.first()).map(|k| k.text())
+    }
+}
+
+/// The actions whose keys were pressed in this pass. `typing`: a text field has the keyboard, so only keys with Ctrl count.
+pub fn pressed(ctx: &egui::Context, typing: bool) -> Vec<Action> {
+    ctx.input(|i| {
+        let mut found = Vec::new();
+        for event in &i.events {
+            let egui::Event::Key { key, pressed: true, modifiers, .. } = event else { continue };
+            for spec in TABLE {
+                let hit = spec.keys.iter().any(|c| c.key == *key && modifiers.matches_exact(c.modifiers));
+                if hit && (!typing || modifiers.command) {
+                    found.push(spec.action);
+                }
+            }
+        }
+        found
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_actions_share_a_key_and_each_has_a_label_and_a_sentence() {
+        for (i, a) in TABLE.iter().enumerate() {
+            assert!(!a.label.is_empty() && a.tooltip.ends_with('.'), "{:?}", a.action);
+            for b in &TABLE[i + 1..] {
+                assert_ne!(a.action, b.action);
+                assert_ne!(a.label, b.label);
+                for key in a.keys {
+                    assert!(!b.keys.contains(key), "{} is a key of {} and of {}", key.text(), a.label, b.label);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn keys_that_are_held_are_no_actions() {
+        for spec in TABLE {
+            assert!(!spec.keys.contains(&plain(Key::B)) && !spec.keys.contains(&plain(Key::Space)));
+        }
+    }
+}

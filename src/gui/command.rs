@@ -1,0 +1,67 @@
+//! What a panel may ask for. Panels push commands; `App` alone runs them.
+
+use std::path::PathBuf;
+
+use super::action::Action;
+use super::dialogs::Purpose;
+use super::modal::Modal;
+use super::view_state::NoticeKind;
+use crate::project::{Edit, PointId, Which};
+
+/// A request of a panel to the application.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Do what a menu entry, a shortcut or the palette names.
+    Do(Action),
+    /// Change the project. One entry of the history, or part of the open gesture.
+    Edit(Edit),
+    /// Change the project in several ways at once, as one entry of the history.
+    Edits(Vec<Edit>),
+    /// A drag begins: what follows until the commit is one entry of the history.
+    BeginGesture,
+    /// The drag ends.
+    CommitGesture,
+    /// The drag is given up: the project is as it was when it began.
+    CancelGesture,
+    /// Select a point, or none; it is selected in every pane and in the table.
+    Select(Option<PointId>),
+    /// Select a point and move the panes so that it can be seen.
+    JumpTo(PointId),
+    /// Go to the state after so many steps of the history.
+    GoToStep(usize),
+    /// Ask the person for files.
+    AskFiles(Purpose),
+    /// The person has named these files (or none, having thought better of it).
+    FilesChosen(Purpose, Vec<PathBuf>),
+    /// Read a picture and make it a frame of the project.
+    LoadFrame(Which, PathBuf),
+    /// Files were dropped on the window, on a pane of the frames or elsewhere.
+    Dropped(Vec<PathBuf>, Option<Which>),
+    /// Show a dialog in the window.
+    Show(Modal),
+    /// Close the dialog.
+    CloseModal,
+    /// Go on with what unsaved changes had stopped: the changes are saved or given up.
+    Proceed(After),
+    /// Save, then go on.
+    SaveThen(After),
+    /// Say something in the status bar.
+    Tell(NoticeKind, String),
+    /// Stop a long work.
+    CancelJob(u64),
+}
+
+/// What waits until unsaved changes are saved or given up.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum After {
+    /// A new, empty project.
+    New,
+    /// The embedded sample.
+    Sample,
+    /// A dialog that asks which project to open.
+    AskOpen,
+    /// This project.
+    Open(PathBuf),
+    /// The end of the program.
+    Quit,
+}

@@ -1,0 +1,122 @@
+//! Asking the person for files: behind a trait, so that a test can answer in the person's place.
+
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
+
+/// What files are asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// A project to open.
+    OpenProject,
+    /// Where to save the project, then what to do.
+    SaveProject {
+        /// File name to begin with.
+        suggested: String,
+        /// What waits for it.
+        then: Option<super::command::After>,
+    },
+    /// The two frames.
+    Frames,
+    /// One frame.
+    Frame(crate::project::Which),
+    /// A folder of numbered frames.
+    FrameFolder,
+    /// A folder for the results.
+    ExportFolder,
+}
+
+impl Purpose {
+    /// Title of the dialog.
+    pub fn title(&self) -> &'static str {
+        match self {
+            Self::OpenProject => "Open project",
+            Self::SaveProject { .. } => "Save project",
+            Self::Frames => "Choose the first and the last frame",
+            Self::Frame(crate::project::Which::First) => "Choose the first frame",
+            Self::Frame(crate::project::Which::Last) => "Choose the last frame",
+            Self::FrameFolder => "Choose a folder of numbered frames",
+            Self::ExportFolder => "Choose a folder for the results",
+        }
+    }
+}
+
+/// How an asking ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// These files.
+    Files(Vec<PathBuf>),
+    /// The person thought better of it.
+    Cancelled,
+    /// The system has no file dialog.
+    Unavailable,
+}
+
+/// Asks the person for files, and answers later.
+pub trait Dialogs {
+    /// Begins to ask; an asking that is under way is dropped.
+    fn ask(&mut self, ctx: &egui::Context, purpose: Purpose);
+    /// The answer, once it is there.
+    fn poll(&mut self) -> Option<(Purpose, Answer)>;
+}
+
+/// The system's own file dialogs, on a thread of their own so that the window lives on.
+#[derive(Default)]
+pub struct NativeDialogs {
+    waiting: Option<(Purpose, Receiver<Answer>)>,
+}
+
+/// A dialog that "was cancelled" faster than a person can was never shown: there is neither a portal nor zenity.
+const FASTER_THAN_A_PERSON: Duration = Duration::from_millis(300);
+
+/// Endings of the pictures that can be read.
+pub const PICTURES: &[&str] = &["png", "jpg", "jpeg", "bmp", "tif", "tiff", "webp"];
+
+impl Dialogs for NativeDialogs {
+    fn ask(&mut self, ctx: &egui::Context, purpose: Purpose) {
+        let (sender, receiver) = channel();
+        self.waiting = Some((purpose.clone(), receiver));
+        let ctx = ctx.clone();
+        let thread = std::thread::Builder::new().name("file dialog".into());
+        let spawned = thread.spawn(move || ask_and_send(&purpose, &sender, &ctx));
+        if spawned.is_err() {
+            // The receiver finds its sender gone, which is answered as "unavailable".
+        }
+    }
+
+    fn poll(&mut self) -> Option<(Purpose, Answer)> {
+        let (purpose, receiver) = self.waiting.take()?;
+        match receiver.try_recv() {
+            Ok(answer) => Some((purpose, answer)),
+            Err(std::sync::mpsc::TryRecvError::Empty) => {
+                self.waiting = Some((purpose, receiver));
+                None
+            }
+            Err(std::sync::mpsc::TryRecvError::Disconnected) => Some((purpose, Answer::Unavailable)),
+        }
+    }
+}
+
+fn ask_and_send(purpose: &Purpose, sender: &Sender<Answer>, ctx: &egui::Context) {
+    let begun = Instant::now();
+    let dialog = rfd::FileDialog::new().set_title(purpose.title());
+    let files = match purpose {
+        Purpose::OpenProject => {
+            dialog.add_filter("Frontalis project", &["frontalis", "json"]).pick_file().map(|f| vec![f])
+        }
+        Purpose::SaveProject { suggested, .. } => {
+            dialog.add_filter("Frontalis project", &["frontalis"]).set_file_name(suggested).save_file().map(|f| vec![f])
+        }
+        Purpose::Frames => dialog.add_filter("Pictures", PICTURES).pick_files(),
+        Purpose::Frame(_) => dialog.add_filter("Pictures", PICTURES).pick_file().map(|f| vec![f]),
+        Purpose::FrameFolder | Purpose::ExportFolder => dialog.pick_folder().map(|f| vec![f]),
+    };
+    let answer = match files {
+        Some(files) => Answer::Files(files),
+        None if begun.elapsed() < FASTER_THAN_A_PERSON => Answer::Unavailable,
+        None => Answer::Cancelled,
+    };
+    // The window may have been closed meanwhile; then nobody waits for the answer.
+    let _ = sender.send(answer);
+    ctx.request_repaint();
+}

@@ -1,0 +1,57 @@
+//! The window: panels that read the project and ask for changes, and the one place that makes them.
+
+pub mod action;
+pub mod app;
+pub mod command;
+pub mod dialogs;
+pub mod modal;
+pub mod panels;
+pub mod theme;
+pub mod view_state;
+
+pub use action::Action;
+pub use app::App;
+pub use command::Command;
+pub use view_state::{Focus, ViewState, Workspace};
+
+use crate::face::FaceModel;
+use crate::pipeline::Outcome;
+use crate::project::Project;
+
+/// What every panel may read.
+#[derive(Clone, Copy)]
+pub struct Scene<'a> {
+    /// What the annotator has said.
+    pub project: &'a Project,
+    /// What the chain makes of it.
+    pub outcome: &'a Outcome,
+    /// The face that is fitted.
+    pub face: &'a FaceModel,
+}
+
+/// Why there is no window.
+#[derive(Debug, thiserror::Error)]
+pub enum WindowError {
+    /// The system gave none.
+    #[error("no window could be opened: {0}")]
+    NoWindow(String),
+}
+
+/// Opens the window and returns when it is closed.
+///
+/// # Errors
+/// When there is no display, or no way to draw on it.
+pub fn run(app: App) -> Result<(), WindowError> {
+    let viewport = egui::ViewportBuilder::default()
+        .with_title("Frontalis")
+        .with_app_id("frontalis")
+        .with_inner_size([1280.0, 800.0])
+        .with_min_inner_size([900.0, 600.0])
+        .with_drag_and_drop(true);
+    let options = eframe::NativeOptions { viewport, ..eframe::NativeOptions::default() };
+    let create = move |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, Box<dyn std::error::Error + Send + Sync>> {
+        theme::install(&cc.egui_ctx);
+        Ok(Box::new(app))
+    };
+    eframe::run_native("Frontalis", options, Box::new(create)).map_err(|e| WindowError::NoWindow(e.to_string()))
+}

@@ -1,0 +1,29 @@
+//! The dialogs inside the window: one is open at a time, and nothing else is answered meanwhile.
+
+use super::command::After;
+use super::dialogs::Purpose;
+
+/// Which dialog is open, with what has been typed into it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Modal {
+    /// Something could not be done; nothing was lost.
+    Error {
+        /// What could not be done.
+        title: String,
+        /// Why, and what to do: one line.
+        text: String,
+    },
+    /// There are unsaved changes in the way.
+    Unsaved(After),
+    /// The system has no file dialog: type the path.
+    Path {
+        /// What the files are for.
+        purpose: Purpose,
+        /// What has been typed, a path a line.
+        typed: String,
+    },
+    /// Every key.
+    Keys,
+    /// What this program is.
+    About,
+}

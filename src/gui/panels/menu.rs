@@ -1,0 +1,80 @@
+//! The menu bar and the tabs of the workspaces, made from the table of actions.
+
+use egui::containers::menu::MenuBar;
+
+use crate::gui::action::{Menu, TABLE};
+use crate::gui::theme;
+use crate::gui::view_state::Workspace;
+use crate::gui::{Action, Command, ViewState};
+
+/// Shows the bar. `can` tells whether an action can be done now, `on` whether a switch is on.
+pub fn show(
+    ui: &mut egui::Ui,
+    view: &ViewState,
+    title: &str,
+    can: &dyn Fn(Action) -> bool,
+    on: &dyn Fn(Action) -> Option<bool>,
+    commands: &mut Vec<Command>,
+) {
+    MenuBar::new().ui(ui, |ui| {
+        for menu in Menu::BAR {
+            ui.menu_button(menu.title(), |ui| {
+                ui.set_min_width(230.0);
+                entries(ui, menu, can, on, commands);
+                if menu == Menu::Point {
+                    ui.separator();
+                    ui.menu_button(Menu::Nudge.title(), |ui| entries(ui, Menu::Nudge, can, on, commands));
+                }
+            });
+        }
+        ui.add_space(16.0);
+        for (workspace, action) in
+            [(Workspace::Frames, Action::WorkspaceFrames), (Workspace::Forces, Action::WorkspaceForces)]
+        {
+            tab(ui, view.workspace == workspace, action, commands);
+        }
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            ui.add_space(6.0);
+            ui.add(egui::Label::new(egui::RichText::new(title).weak()).truncate());
+        });
+    });
+}
+
+fn entries(
+    ui: &mut egui::Ui,
+    menu: Menu,
+    can: &dyn Fn(Action) -> bool,
+    on: &dyn Fn(Action) -> Option<bool>,
+    commands: &mut Vec<Command>,
+) {
+    for spec in TABLE.iter().filter(|s| s.menu == menu) {
+        if spec.new_group {
+            ui.separator();
+        }
+        let key = spec.keys.first().map(|k| k.text()).unwrap_or_default();
+        let button = match on(spec.action) {
+            Some(on) => egui::Button::selectable(on, spec.label),
+            None => egui::Button::new(spec.label).frame_when_inactive(false),
+        };
+        let button = button.shortcut_text(key);
+        if ui.add_enabled(can(spec.action), button).on_hover_text(spec.tooltip).clicked() {
+            commands.push(Command::Do(spec.action));
+            ui.close();
+        }
+    }
+}
+
+fn tab(ui: &mut egui::Ui, chosen: bool, action: Action, commands: &mut Vec<Command>) {
+    let p = theme::palette(ui.visuals());
+    let text = egui::RichText::new(action.label());
+    let text = if chosen { text.strong() } else { text.weak() };
+    let response = ui.add(egui::Button::new(text).frame(false).min_size(egui::vec2(64.0, 24.0)));
+    if chosen {
+        let rect = response.rect;
+        ui.painter().hline(rect.x_range().shrink(8.0), rect.bottom() + 1.0, egui::Stroke::new(2.0, p.accent));
+    }
+    let tooltip = action.spec().map_or("", |s| s.tooltip);
+    if response.on_hover_text(tooltip).clicked() {
+        commands.push(Command::Do(action));
+    }
+}
