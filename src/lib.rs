@@ -18,5 +18,7 @@ pub mod project;
 
 pub mod pipeline;
 
+pub mod export;
+
 #[cfg(feature = "gui")]
 pub mod gui;
