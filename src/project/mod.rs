@@ -2,10 +2,15 @@
 
 pub mod document;
 pub mod edit;
+pub mod faults;
+pub mod file;
 pub mod history;
+mod json;
+pub mod whole_file;
 
 pub use document::{
     CameraSettings, FaceSource, Feature, FramePair, FrameRef, Mark, MarkState, Project, Role, Settings,
 };
 pub use edit::{Edit, EditError, PointId, Which};
+pub use file::ProjectFileError;
 pub use history::History;

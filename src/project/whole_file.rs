@@ -1,0 +1,124 @@
+//! A file that appears whole or not at all: written beside its place under another name, then moved there.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// Whether the bytes must have reached the disk before the call returns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Durability {
+    /// Survives a power cut: waits for the disk.
+    Disk,
+    /// Survives the end of this program; does not wait.
+    Process,
+}
+
+/// Writes `bytes` to `path`: a reader sees what was there before or all of this, whatever moment the program dies at.
+///
+/// A link is followed, so that the file it names is replaced and not the link; permissions of a file that was there are kept.
+pub fn write(path: &Path, bytes: &[u8], durability: Durability) -> io::Result<()> {
+    let path = followed(path);
+    let folder = folder_of(&path);
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".frontalis-").suffix(".part");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // As any program creates a file; the user's mask takes away what it must.
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    let mut part = builder.tempfile_in(&folder)?;
+    part.write_all(bytes)?;
+    if let Ok(former) = fs::metadata(&path) {
+        if former.permissions().readonly() {
+            return Err(io::Error::new(io::ErrorKind::PermissionDenied, "the file is write-protected"));
+        }
+        part.as_file().set_permissions(former.permissions())?;
+    }
+    if durability == Durability::Disk {
+        part.as_file().sync_all()?;
+    }
+    part.persist(&path).map_err(|e| e.error)?;
+    if durability == Durability::Disk {
+        sync_folder(&folder);
+    }
+    Ok(())
+}
+
+/// The folder that holds a path: `.` where it names none.
+pub fn folder_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
+        _ => PathBuf::from("."),
+    }
+}
+
+/// `path` with `.ending` added to the whole name: `a.json` becomes `a.json.bak`.
+pub fn with_ending(path: &Path, ending: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".");
+    name.push(ending);
+    PathBuf::from(name)
+}
+
+fn followed(path: &Path) -> PathBuf {
+    match fs::symlink_metadata(path) {
+        Ok(found) if found.file_type().is_symlink() => fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()),
+        _ => path.to_owned(),
+    }
+}
+
+/// A renamed file is on the disk for certain only when its folder is. Not every system can say so, and none loses data by it.
+fn sync_folder(folder: &Path) {
+    if let Ok(handle) = File::open(folder) {
+        let _ = handle.sync_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_replaced_and_nothing_else_is_left() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.txt");
+        write(&path, b"one", Durability::Disk).unwrap();
+        write(&path, b"two", Durability::Process).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"two");
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_written_changes_nothing() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("file.txt");
+        fs::write(&file, b"kept").unwrap();
+        assert!(write(&file.join("inside.txt"), b"new", Durability::Disk).is_err());
+        assert_eq!(fs::read(&file).unwrap(), b"kept");
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_goes_on_naming_its_file_and_a_protected_file_is_kept() {
+        let dir = tempfile::tempdir().unwrap();
+        let (real, link) = (dir.path().join("real.txt"), dir.path().join("link.txt"));
+        fs::write(&real, b"one").unwrap();
+        std::os::unix::fs::symlink(&real, &link).unwrap();
+        write(&link, b"two", Durability::Disk).unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().file_type().is_symlink());
+        assert_eq!(fs::read(&real).unwrap(), b"two");
+        let mut protected = fs::metadata(&real).unwrap().permissions();
+        protected.set_readonly(true);
+        fs::set_permissions(&real, protected).unwrap();
+        assert!(write(&real, b"three", Durability::Disk).is_err());
+        assert_eq!(fs::read(&real).unwrap(), b"two");
+    }
+
+    #[test]
+    fn an_ending_is_added_to_the_whole_name() {
+        assert_eq!(with_ending(Path::new("d/a.frontalis.json"), "bak"), Path::new("d/a.frontalis.json.bak"));
+        assert_eq!(folder_of(Path::new("a.json")), Path::new("."));
+    }
+}
