@@ -18,7 +18,7 @@ pub mod project;
 
 pub mod pipeline;
 
-pub mod export;
+pub mod draw;
 
 #[cfg(feature = "gui")]
 pub mod gui;

@@ -16,6 +16,17 @@ pub enum DepthRule {
     SlideOnSurface,
 }
 
+impl DepthRule {
+    /// The rule that this one is held against: their difference is what one camera cannot see.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::FixedDepth => Self::SlideOnSurface,
+            Self::SlideOnSurface => Self::FixedDepth,
+        }
+    }
+}
+
 /// What becomes of vertices that nobody marked in the last frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "rule", rename_all = "snake_case", deny_unknown_fields)]

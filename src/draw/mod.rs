@@ -1,4 +1,4 @@
-//! What leaves the program: pictures and files for other tools.
+//! Drawing without a window: colour maps, ticks, charts as SVG, and the software rasteriser.
 
 pub mod colour_map;
 pub mod raster;
