@@ -1,6 +1,7 @@
 //! Drawing without a window: colour maps, ticks, charts as SVG, and the software rasteriser.
 
 pub mod colour_map;
+pub mod height_map;
 pub mod raster;
 pub mod svg;
 pub mod ticks;
