@@ -1,12 +1,19 @@
 //! The face: a mesh with named landmarks and muscles bound to its vertices.
 
+pub mod check;
+pub mod file;
+pub mod generic;
+pub mod import;
 pub mod landmark;
 pub mod mesh;
 pub mod muscle;
 
+pub use generic::generic;
 pub use landmark::Landmark;
 pub use mesh::{Mesh, MeshError};
 pub use muscle::{Muscle, Side};
+
+use serde::{Deserialize, Serialize};
 
 /// A mesh plus what gives it meaning. Built by [`FaceModel::new`], which refuses what does not fit together.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +27,8 @@ pub struct FaceModel {
 }
 
 /// A named set of vertices, such as the forehead.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Region {
     /// Short name, unique in a face: `forehead`, `brows`, `still`.
     pub id: String,
