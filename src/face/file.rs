@@ -213,18 +213,20 @@ mod tests {
     #[test]
     fn damage_is_named_with_its_line() {
         for (from, to, said) in [
-            ("\"Square\"", "7", "line 3, column 11: invalid type: integer `7`, expected a string"),
-            ("[1, 1, 0.1]", "[1, 1, 1e999]", "line 4, column 53: number out of range"),
-            ("[1, 1, 0.1]", "[1, 1, NaN]", "line 4, column 49: expected value"),
+            ("\"Square\"", "7", "line 3|invalid type: integer `7`, expected a string"),
+            ("[1, 1, 0.1]", "[1, 1, 1e999]", "line 4|number out of range"),
+            ("[1, 1, 0.1]", "[1, 1, NaN]", "line 4|expected value"),
             ("[1, 1, 0.1]", "[1, 1]", "line 4"),
-            ("[0, 2, 3]", "[0, 2, -3]", "line 5, column 34: invalid value: integer `-3`, expected u32"),
-            ("\"hint\"", "\"tip\"", "line 7, column 46: unknown field `tip`"),
-            ("\"regions\"", "\"areas\"", "line 9, column 9: unknown field `areas`"),
+            ("[0, 2, 3]", "[0, 2, -3]", "line 5|invalid value: integer `-3`, expected u32"),
+            ("\"hint\"", "\"tip\"", "line 7|unknown field `tip`"),
+            ("\"regions\"", "\"areas\"", "line 9|unknown field `areas`"),
             ("\"version\": 1,", "", "missing field `version`"),
             ("\"left\"", "\"middle\"", "unknown variant `middle`, expected `left` or `right`"),
         ] {
             let error = refusal(&SMALL.replace(from, to));
-            assert!(error.contains("square.json") && error.contains(said), "{from} -> {to}: {error}");
+            let (line, reason) = said.split_once('|').unwrap_or(("line", said));
+            let named = error.contains("square.json") && error.contains(line) && error.contains(reason);
+            assert!(named, "{from} -> {to}: {error}");
         }
         for end in 0..SMALL.len() {
             assert!(refusal(&SMALL[..end]).contains("is damaged at line"));

@@ -164,7 +164,7 @@ pub(super) const PLACES: [Place; 20] = [
         id: "temple",
         name: "{} temple",
         hint: "On the outline of the face, a little below the height of the outer end of the brow.",
-        at: [69.3, 13.0],
+        at: [68.6, 13.0],
     },
     Place {
         id: "jaw",

@@ -48,21 +48,22 @@ const fn bump(at: [f64; 2], radii: [f64; 2], height: f64) -> Bump {
 }
 
 /// What a grid of 10 mm cannot hold.
-const DETAILS: [Bump; 14] = [
-    bump([31.0, 11.5], [15.0, 4.5], -1.6),  // fold of the upper lid
+const DETAILS: [Bump; 15] = [
+    bump([31.5, 11.5], [18.0, 4.8], -1.8),  // fold of the upper lid
     bump([31.5, 3.0], [13.0, 8.0], 1.2),    // the eyeball under the lids
-    bump([31.0, -10.5], [14.0, 4.5], -0.8), // fold of the lower lid
+    bump([31.0, -10.5], [15.0, 4.5], -0.8), // fold of the lower lid
     bump([33.0, 24.5], [26.0, 8.0], 1.2),   // ridge of the brow
     bump([0.0, -28.5], [9.0, 8.0], 0.6),    // tip of the nose
     bump([13.0, -35.5], [6.0, 6.5], 3.0),   // wing of the nose
-    bump([19.5, -35.0], [4.5, 9.0], -1.5),  // crease behind the wing
+    bump([19.5, -35.0], [4.5, 9.0], -1.8),  // crease behind the wing
     bump([8.2, -42.4], [4.5, 3.4], -4.5),   // nostril
     bump([0.0, -47.0], [9.0, 6.0], -1.6),   // root of the upper lip
-    bump([0.0, -56.5], [4.5, 9.0], -1.6),   // philtrum
-    bump([0.0, -67.3], [27.0, 4.6], -3.6),  // between the lips
-    bump([0.0, -73.0], [21.0, 6.5], 3.0),   // lower lip
-    bump([0.0, -84.5], [20.0, 7.0], -2.2),  // fold above the chin
-    bump([0.0, -99.0], [15.0, 10.0], 1.0),  // chin
+    bump([0.0, -57.0], [4.8, 9.0], -2.2),   // philtrum
+    bump([0.0, -63.0], [21.0, 4.5], 1.4),   // upper lip
+    bump([0.0, -67.4], [27.0, 4.0], -4.2),  // between the lips
+    bump([0.0, -73.0], [20.0, 5.8], 3.6),   // lower lip
+    bump([0.0, -83.5], [21.0, 7.5], -2.8),  // fold above the chin
+    bump([0.0, -98.5], [16.0, 11.0], 1.4),  // chin
 ];
 
 /// z of the face at (x, y), all mm. Even in x, continuous with its slope; outside the grid its edge is continued.

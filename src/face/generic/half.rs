@@ -257,6 +257,9 @@ fn index_of(points: &mut Vec<[f64; 2]>, p: [f64; 2]) -> usize {
 impl Curve {
     /// The places of the vertices along the curve, its knots among them exactly.
     fn cut(&self) -> Vec<[f64; 2]> {
+        if self.pieces.is_empty() {
+            return self.through.to_vec();
+        }
         let mut places = vec![self.through[0]];
         let mut start = 0;
         for &(end, cut) in self.pieces {
