@@ -1,14 +1,13 @@
-//! From displacement to force.
+//! From displacement to force: springs between neighbours, and the muscle forces that balance them, F = −K X.
 
-use serde::{Deserialize, Serialize};
+pub mod force_field;
+#[cfg(test)]
+pub(crate) mod patches;
+pub mod springs;
+pub mod stiffness;
+pub mod uncertainty;
 
-/// How an edge becomes a spring.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SpringRule {
-    /// A strip of skin.
-    #[default]
-    Strip,
-    /// One law for all edges.
-    Uniform,
-}
+pub use force_field::{internal_sum, muscle_forces, outside_table, split, strains};
+pub use springs::{SpringRule, Springs};
+pub use stiffness::Stiffness;
+pub use uncertainty::{Influence, MarkInfluence, force_jacobian_blocks, standard_errors};

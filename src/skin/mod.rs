@@ -1,5 +1,5 @@
-//! The skin as a material.
+//! The skin: how much stress a strain takes.
 
 pub mod stress_strain;
 
-pub use stress_strain::{Contraction, StressStrainCurve};
+pub use stress_strain::{Contraction, CurveError, StressStrainCurve};

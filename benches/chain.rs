@@ -1,0 +1,2 @@
+//! The speed of the chain.
+fn main() {}

@@ -1,0 +1,318 @@
+//! How well a force is known: the marking error carried through the springs.
+
+use nalgebra::{Matrix3, Matrix3x2, Matrix3x6, Matrix6, Point3};
+use rayon::prelude::*;
+
+use super::Springs;
+use crate::skin::StressStrainCurve;
+
+/// The true Jacobian of every spring's force: the 3 × 3 block B_e, N/mm, with ends a < b and F the *external* (muscle) force:
+///
+/// B = f′(L) u uᵀ + (f/L)(I − u uᵀ),   u = (x_a − x_b)/L
+///
+/// ∂F_a/∂x_a += B,   ∂F_a/∂x_b = −B,   and the same with a and b exchanged.
+///
+/// The first part is the stretching of the spring, the second its turning: negative, and so softening, in compression. At a
+/// corner of the skin's table f′ is the slope to the right. Zero for a spring that carries nothing or has no length.
+pub fn force_jacobian_blocks(
+    springs: &Springs,
+    curve: &StressStrainCurve,
+    positions: &[Point3<f64>],
+    active: Option<&[bool]>,
+) -> Vec<Matrix3<f64>> {
+    let block = |e: usize| {
+        let along = springs.along(e, positions);
+        let length = along.norm();
+        if length == 0.0 || !springs.is_active(e, active) {
+            return Matrix3::zeros();
+        }
+        let turning = springs.tension(e, curve, length) / length;
+        let stretching = springs.tangent_stiffness(e, curve, length);
+        let u = along / length;
+        Matrix3::from_diagonal_element(turning) + u * u.transpose() * (stretching - turning)
+    };
+    (0..springs.edges().len()).into_par_iter().with_min_len(PARALLEL_FROM).map(block).collect()
+}
+
+/// Below so many items the work stays on one thread.
+const PARALLEL_FROM: usize = 4096;
+
+/// Which marks a vertex follows, and with what weight, for every vertex (compressed rows).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Influence {
+    starts: Vec<u32>,
+    marks: Vec<u32>,
+    weights: Vec<f64>,
+}
+
+impl Default for Influence {
+    fn default() -> Self {
+        Self { starts: vec![0], marks: Vec::new(), weights: Vec::new() }
+    }
+}
+
+impl Influence {
+    /// One row of (mark, weight) a vertex. A marked vertex has itself with weight 1, one that is fixed has none.
+    pub fn from_rows<R: IntoIterator<Item = (u32, f64)>>(rows: impl IntoIterator<Item = R>) -> Self {
+        let mut influence = Self::default();
+        for row in rows {
+            for (mark, weight) in row {
+                influence.marks.push(mark);
+                influence.weights.push(weight);
+            }
+            influence.starts.push(influence.marks.len() as u32);
+        }
+        influence
+    }
+
+    /// Number of vertices.
+    pub fn len(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// Whether there are no vertices.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The (mark, weight) pairs of one vertex.
+    pub fn row(&self, vertex: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let range = self.starts[vertex] as usize..self.starts[vertex + 1] as usize;
+        self.marks[range.clone()].iter().map(|&m| m as usize).zip(self.weights[range].iter().copied())
+    }
+}
+
+/// How the positions depend on what a hand has marked: the error of vertex j is
+///
+/// δx_j = Σ_m w_jm S_m e_m + C_j θ,   e_m ~ N(0, σ_m² I) px,   θ ~ N(0, Σ)
+///
+/// all e_m and θ independent of each other.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MarkInfluence {
+    /// w: the marks of each vertex.
+    pub weights: Influence,
+    /// S: how the position follows each mark, mm per px.
+    pub slope_mm_per_px: Vec<Matrix3x2<f64>>,
+    /// σ: standard deviation of each mark along either axis, px.
+    pub sigma_px: Vec<f64>,
+    /// What all vertices share (the head's motion): C of each vertex, mm per unit of θ, and Σ.
+    pub common: Option<(Vec<Matrix3x6<f64>>, Matrix6<f64>)>,
+}
+
+/// Standard error of the force on every vertex, N: the root mean square length of its error vector.
+///
+/// δF_i = Σ_e B_e (δx_i − δx_j) over the springs e = (i, j) at i, so that
+///
+/// σ_i² = tr Cov(F_i) = Σ_m σ_m² ‖(Σ_e B_e (w_im − w_jm)) S_m‖² + tr(D Σ Dᵀ),   D = Σ_e B_e (C_i − C_j)
+///
+/// First order in the marking error: exact for a small one, within a few per cent as long as it does not carry springs over a
+/// corner of the skin's table. `out` is given one number a vertex.
+pub fn standard_errors(
+    springs: &Springs,
+    curve: &StressStrainCurve,
+    positions: &[Point3<f64>],
+    active: Option<&[bool]>,
+    influence: &MarkInfluence,
+    out: &mut Vec<f64>,
+) {
+    let blocks = force_jacobian_blocks(springs, curve, positions, active);
+    out.resize(springs.vertices(), 0.0);
+    out.par_iter_mut().enumerate().with_min_len(PARALLEL_FROM / 4).for_each_init(
+        || Gathered::new(influence.sigma_px.len()),
+        |gathered, (i, sigma)| *sigma = gathered.variance(i, springs, &blocks, influence).sqrt(),
+    );
+}
+
+/// The sum Σ_e B_e (w_im − w_jm) of every mark that touches one vertex; memory used again for the next.
+struct Gathered {
+    /// Where a mark's sum is in `sums`, plus 1; 0 for a mark not met.
+    place: Vec<u32>,
+    sums: Vec<(usize, Matrix3<f64>)>,
+}
+
+impl Gathered {
+    fn new(marks: usize) -> Self {
+        Self { place: vec![0; marks], sums: Vec::new() }
+    }
+
+    fn add(&mut self, mark: usize, block: Matrix3<f64>) {
+        if self.place[mark] == 0 {
+            self.sums.push((mark, block));
+            self.place[mark] = self.sums.len() as u32;
+        } else {
+            self.sums[self.place[mark] as usize - 1].1 += block;
+        }
+    }
+
+    /// tr Cov(F_i), N².
+    fn variance(&mut self, i: usize, springs: &Springs, blocks: &[Matrix3<f64>], influence: &MarkInfluence) -> f64 {
+        let mut own = Matrix3::zeros();
+        let mut shared = Matrix3x6::zeros();
+        for &e in springs.springs_of_vertex(i) {
+            let b = &blocks[e as usize];
+            let [p, q] = springs.edges()[e as usize];
+            let j = if p as usize == i { q } else { p } as usize;
+            own += b;
+            for (mark, weight) in influence.weights.row(j) {
+                self.add(mark, b * -weight);
+            }
+            if let Some((slopes, _)) = &influence.common {
+                shared += b * (slopes[i] - slopes[j]);
+            }
+        }
+        for (mark, weight) in influence.weights.row(i) {
+            self.add(mark, own * weight);
+        }
+        let mut variance = influence.common.as_ref().map_or(0.0, |(_, c)| (shared * c * shared.transpose()).trace());
+        for (mark, sum) in self.sums.drain(..) {
+            self.place[mark] = 0;
+            variance += influence.sigma_px[mark].powi(2) * (sum * influence.slope_mm_per_px[mark]).norm_squared();
+        }
+        // A covariance rounded to just below zero is zero.
+        variance.max(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::forces::patches::{Noise, shaken, triangular};
+    use crate::forces::{SpringRule, muscle_forces};
+    use nalgebra::{Vector2, Vector3, Vector6};
+
+    fn forces(springs: &Springs, curve: &StressStrainCurve, x: &[Point3<f64>], active: &[bool]) -> Vec<Vector3<f64>> {
+        let mut out = Vec::new();
+        muscle_forces(springs, curve, x, Some(active), &mut out);
+        out
+    }
+
+    #[test]
+    fn blocks_agree_with_central_differences_of_the_field() {
+        let mesh = triangular(6, 5, 6.0);
+        let (curve, h) = (StressStrainCurve::default(), 1e-6);
+        let springs = Springs::new(&mesh, mesh.positions(), SpringRule::Strip, 1.5);
+        let x = shaken(mesh.positions(), 0.6, 5);
+        let mut active = vec![true; mesh.len()];
+        active[7] = false;
+        let blocks = force_jacobian_blocks(&springs, &curve, &x, Some(&active));
+        for j in 0..mesh.len() {
+            for axis in 0..3 {
+                let mut e = Vector3::zeros();
+                e[axis] = h;
+                let moved = |s: f64| {
+                    let mut x = x.clone();
+                    x[j] += e * s;
+                    forces(&springs, &curve, &x, &active)
+                };
+                let (up, down) = (moved(1.0), moved(-1.0));
+                let mut exact = vec![Vector3::zeros(); mesh.len()];
+                for &s in springs.springs_of_vertex(j) {
+                    let [a, b] = springs.edges()[s as usize].map(|i| i as usize);
+                    let column: Vector3<f64> = blocks[s as usize].column(axis).into();
+                    exact[j] += column;
+                    exact[if a == j { b } else { a }] -= column;
+                }
+                for i in 0..mesh.len() {
+                    let d = (up[i] - down[i]) / (2.0 * h);
+                    assert!((d - exact[i]).norm() < 1e-8, "{i} {j} {axis}: {d} {}", exact[i]);
+                }
+            }
+        }
+    }
+
+    /// Equal independent errors σ of both in-plane coordinates on a triangular lattice of linear springs k at rest:
+    /// each of the six springs has B = k u uᵀ and Σ B = 3 k I, so σ_F² = σ² (‖3k I‖² + 6 ‖k u uᵀ‖²) = σ² k² (18 + 6).
+    #[test]
+    fn on_a_lattice_the_error_is_root_24_k_sigma() {
+        let (mesh, l, sigma) = (triangular(7, 7, 8.6), 8.6, 0.3);
+        let curve = StressStrainCurve::default();
+        let springs = Springs::new(&mesh, mesh.positions(), SpringRule::Strip, 1.5);
+        let influence = MarkInfluence {
+            weights: Influence::from_rows((0..mesh.len() as u32).map(|i| [(i, 1.0)])),
+            slope_mm_per_px: vec![Matrix3x2::identity() * 0.25; mesh.len()],
+            sigma_px: vec![sigma; mesh.len()],
+            common: None,
+        };
+        // At rest every strain is rounding error: take the slope of the stretched side by stretching a little.
+        let x: Vec<_> = mesh.positions().iter().map(|p| Point3::from(p.coords * (1.0 + 1e-9))).collect();
+        let mut sigma_n = Vec::new();
+        standard_errors(&springs, &curve, &x, None, &influence, &mut sigma_n);
+        // k = h w E / l with w = √3/2 l and E = 36.2 kPa.
+        let k = 1.5 * 3.0_f64.sqrt() / 2.0 * 36.2e-3;
+        let inner = 3 * 7 + 3;
+        assert!((springs.rest_length_mm()[0] - l).abs() < 1e-12);
+        let closed = 24.0_f64.sqrt() * k * sigma * 0.25;
+        assert!((sigma_n[inner] - closed).abs() < 1e-6 * closed, "{} {closed}", sigma_n[inner]);
+    }
+
+    /// Two thousand draws of the marks' and the head's errors, through the nonlinear field.
+    #[test]
+    fn standard_errors_agree_with_monte_carlo() {
+        let mesh = triangular(6, 6, 8.0);
+        let (n, curve) = (mesh.len(), StressStrainCurve::default());
+        let springs = Springs::new(&mesh, mesh.positions(), SpringRule::Strip, 1.5);
+        // Stretched unevenly, away from the corners of the table, and bent.
+        let x: Vec<_> = mesh
+            .positions()
+            .iter()
+            .map(|p| Point3::new(p.x * 1.06, p.y * 1.14, 0.004 * p.x * p.x + 0.002 * p.x * p.y))
+            .collect();
+        let mut active = vec![true; n];
+        active[1] = false;
+        // Vertices 14 and 15 follow marks of their neighbours; 8 is fixed; the rest are marked. Mark m sits on vertex m.
+        let weights = Influence::from_rows((0..n as u32).map(|i| match i {
+            14 => vec![(13, 0.4), (20, 0.35), (9, 0.25)],
+            15 => vec![(9, 0.5), (16, 0.5)],
+            8 => vec![],
+            i => vec![(i, 1.0)],
+        }));
+        let mut noise = Noise(17);
+        let slope: Vec<_> = (0..n)
+            .map(|_| Matrix3x2::new(0.25, 0.0, 0.0, -0.25, 0.08 * noise.uniform(), 0.08 * noise.uniform()))
+            .collect();
+        let sigma: Vec<_> = (0..n).map(|_| 0.06 + 0.03 * noise.uniform()).collect();
+        // Rotation about each axis, then translation, of a head with a pivot at the origin.
+        let follow: Vec<_> = x
+            .iter()
+            .map(|p| {
+                Matrix3x6::from_columns(&[0, 1, 2, 3, 4, 5].map(|k| {
+                    let mut axis = Vector3::zeros();
+                    axis[k % 3] = 1.0;
+                    if k < 3 { axis.cross(&p.coords) * (1.0 + 0.02 * p.x) } else { axis * (1.0 + 0.01 * p.y) }
+                }))
+            })
+            .collect();
+        let root = Matrix6::from_fn(|_, _| 2e-3 * noise.uniform());
+        let influence = MarkInfluence {
+            weights,
+            slope_mm_per_px: slope.clone(),
+            sigma_px: sigma.clone(),
+            common: Some((follow.clone(), root * root.transpose())),
+        };
+        let mut claimed = Vec::new();
+        standard_errors(&springs, &curve, &x, Some(&active), &influence, &mut claimed);
+
+        let mean = forces(&springs, &curve, &x, &active);
+        let mut squares = vec![0.0; n];
+        let draws = 2000;
+        for _ in 0..draws {
+            let e: Vec<_> = sigma.iter().map(|s| Vector2::new(noise.normal(), noise.normal()) * *s).collect();
+            let theta = root * Vector6::from_fn(|_, _| noise.normal());
+            let moved: Vec<_> = (0..n)
+                .map(|j| {
+                    let marks: Vector3<f64> = influence.weights.row(j).map(|(m, w)| slope[m] * e[m] * w).sum();
+                    x[j] + marks + follow[j] * theta
+                })
+                .collect();
+            for (sum, (f, m)) in squares.iter_mut().zip(forces(&springs, &curve, &moved, &active).iter().zip(&mean)) {
+                *sum += (f - m).norm_squared();
+            }
+        }
+        for i in 0..n {
+            let drawn = (squares[i] / f64::from(draws)).sqrt();
+            // 2000 draws of two or three numbers scatter by about 1.5 %.
+            assert!((claimed[i] - drawn).abs() <= 0.06 * drawn, "vertex {i}: claimed {} drawn {drawn}", claimed[i]);
+        }
+        assert!(claimed[1] == 0.0 && claimed[14] > 0.0);
+    }
+}
