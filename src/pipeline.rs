@@ -1,5 +1,185 @@
-//! The whole chain, from a project to its outcome.
+//! The chain, whole: project and face in, every number out. Takes no pixels and no files, and never fails.
+//!
+//! ```text
+//! landmarks ─▶ customise ─▶ still points ─▶ head motion ─▶ marks ─▶ displacement ─▶ F = −K X ─▶ errors
+//! ```
 
 pub mod outcome;
+mod stages;
+#[cfg(test)]
+mod tests;
 
 pub use outcome::{ForceField, LandmarkFit, Outcome, Warning};
+
+use nalgebra::{Point2, Point3, Vector3};
+
+use crate::camera::{Camera, HeadMotion};
+use crate::customize::{Customized, LandmarkTarget};
+use crate::displacement::fill_in::Weights;
+use crate::displacement::{UnmarkedRule, VertexState};
+use crate::face::FaceModel;
+use crate::forces::{self, Springs};
+use crate::project::Project;
+use crate::project::document::Settings;
+
+/// Results of stages kept from the last run, each with what it was made from. Only speed depends on them.
+#[derive(Debug, Default)]
+pub struct Workspace {
+    face: Option<FaceModel>,
+    customized: Option<Kept<CustomizeInput, Customized>>,
+    springs: Option<Kept<SpringsInput, Springs>>,
+    fill: Option<Kept<FillInput, Fill>>,
+}
+
+#[derive(Debug)]
+struct Kept<I, T> {
+    from: I,
+    value: T,
+}
+
+#[derive(Debug, PartialEq)]
+struct CustomizeInput {
+    targets: Vec<LandmarkTarget>,
+    camera: Camera,
+    settings: crate::customize::CustomizeSettings,
+}
+
+#[derive(Debug, PartialEq)]
+struct SpringsInput {
+    rest: Vec<Point3<f64>>,
+    rule: forces::SpringRule,
+    thickness_mm: f64,
+}
+
+#[derive(Debug, PartialEq)]
+struct FillInput {
+    first: Vec<Point3<f64>>,
+    states: Vec<VertexState>,
+    rule: UnmarkedRule,
+}
+
+/// States after inference, and how unmarked vertices follow the others.
+#[derive(Debug)]
+struct Fill {
+    states: Vec<VertexState>,
+    inferred: Weights,
+    predicted: Weights,
+}
+
+/// Runs the chain. `image_size_px` is the size of the first frame (width, height).
+pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], workspace: &mut Workspace) -> Outcome {
+    if workspace.face.as_ref() != Some(face) {
+        *workspace = Workspace { face: Some(face.clone()), ..Workspace::default() };
+    }
+    let mesh = face.mesh();
+    let settings = &project.settings;
+    let mut warnings = Vec::new();
+
+    let camera = stages::camera(project, face, image_size_px);
+    let (targets, ids) = stages::landmark_targets(project, face, &mut warnings);
+    let customized =
+        kept(&mut workspace.customized, CustomizeInput { targets, camera, settings: settings.customize }, |input| {
+            stages::customized(mesh, input)
+        });
+    let fit = stages::landmark_fit(face, customized, &ids);
+    let first = stages::pinned_in_first_frame(project, mesh, &customized.positions, &camera);
+    let first_in_image: Vec<Point2<f64>> = first.iter().map(|x| camera.image_from_face(x)).collect();
+
+    let head = if settings.remove_head_motion {
+        crate::camera::head_motion::estimate(&camera, &stages::still_points(project, &first))
+    } else {
+        HeadMotion::default()
+    };
+
+    let marked = stages::marked(project, mesh.len(), &mut warnings);
+    let measured = stages::place(&marked, &camera, &head.motion, mesh, &first, settings.depth);
+    let mut states = stages::known_from_marks(project, mesh.len(), &measured);
+    if settings.unmarked == UnmarkedRule::Held {
+        for state in states.iter_mut().filter(|s| **s == VertexState::Unmeasured) {
+            *state = VertexState::Fixed;
+        }
+    }
+    let fill =
+        kept(&mut workspace.fill, FillInput { first: first.clone(), states, rule: settings.unmarked }, |input| {
+            stages::fill(mesh, input)
+        });
+    let displaced = stages::displaced(&first, &measured, fill);
+    let last_in_image: Vec<Point2<f64>> =
+        displaced.iter().map(|x| camera.image_from_face(&head.motion.last_from_first(x))).collect();
+
+    let springs = kept(
+        &mut workspace.springs,
+        SpringsInput { rest: first.clone(), rule: settings.springs, thickness_mm: settings.skin_thickness_mm },
+        |input| Springs::new(mesh, &input.rest, input.rule, input.thickness_mm),
+    );
+    let active: Vec<bool> = fill.states.iter().map(|s| s.is_known()).collect();
+    let mut field = force_field(face, springs, settings, &first, &displaced, &active);
+    let influence = stages::influence(project, &camera, &head, &measured, &first, fill);
+    forces::standard_errors(springs, &settings.skin, &displaced, Some(&active), &influence, &mut field.sigma);
+    let other = stages::place(&marked, &camera, &head.motion, mesh, &first, settings.depth.other());
+    let mut other_force = Vec::new();
+    let other_displaced = stages::displaced(&first, &other, fill);
+    forces::muscle_forces(springs, &settings.skin, &other_displaced, Some(&active), &mut other_force);
+    field.depth_change = field.force.iter().zip(&other_force).map(|(a, b)| (a - b).norm()).collect();
+    field.folded = stages::folded(mesh, &first, &displaced, &fill.states);
+
+    let states = fill.states.clone();
+    let mut outcome = Outcome {
+        scale_measured: project.scale.is_measured(),
+        border: stages::border(mesh, &states),
+        camera,
+        fit,
+        first,
+        first_in_image,
+        head,
+        states,
+        last: displaced,
+        last_in_image,
+        field,
+        warnings,
+    };
+    stages::warn(project, &mut outcome, mesh);
+    outcome
+}
+
+fn force_field(
+    face: &FaceModel,
+    springs: &Springs,
+    settings: &Settings,
+    first: &[Point3<f64>],
+    last: &[Point3<f64>],
+    active: &[bool],
+) -> ForceField {
+    let mut force = Vec::new();
+    forces::muscle_forces(springs, &settings.skin, last, Some(active), &mut force);
+    let normals = face.mesh().vertex_normals(first);
+    let (in_surface, normal) = forces::split(&force, &normals);
+    let strain: Vec<Option<f64>> = forces::strains(springs, last)
+        .into_iter()
+        .zip(springs.edges())
+        .map(|(e, &[a, b])| (active[a as usize] && active[b as usize]).then_some(e))
+        .collect();
+    let outside_table = forces::outside_table(springs, &settings.skin, last, Some(active));
+    ForceField {
+        internal_sum: forces::internal_sum(&force),
+        tangential: in_surface.iter().map(Vector3::norm).collect(),
+        normal,
+        strain,
+        outside_table,
+        force,
+        ..ForceField::default()
+    }
+}
+
+/// What was made last time from the same input, or made anew.
+fn kept<I: PartialEq, T>(slot: &mut Option<Kept<I, T>>, from: I, make: impl FnOnce(&I) -> T) -> &T {
+    if !slot.as_ref().is_some_and(|k| k.from == from) {
+        let value = make(&from);
+        *slot = Some(Kept { from, value });
+    }
+    match slot {
+        Some(k) => &k.value,
+        // Filled two lines above.
+        None => unreachable!(),
+    }
+}

@@ -1,0 +1,349 @@
+//! The small steps between the stages: from marks to targets, from placed points to positions, and what to warn of.
+
+use nalgebra::{Matrix3x2, Matrix3x6, Point2, Point3};
+
+use super::{CustomizeInput, Fill, FillInput, LandmarkFit, Outcome, Warning};
+use crate::camera::head_motion::FEWEST_STILL_POINTS;
+use crate::camera::head_motion::motion_slope;
+use crate::camera::{Camera, HeadMotion, RigidMotion, StillPoint};
+use crate::customize::{self, Customized, LandmarkTarget};
+use crate::displacement::depth::{self, Placed};
+use crate::displacement::fill_in::{self, Weights};
+use crate::displacement::{DepthRule, UnmarkedRule, VertexState};
+use crate::face::mesh::doubled_area_vector;
+use crate::face::{FaceModel, Mesh};
+use crate::forces::{Influence, MarkInfluence};
+use crate::project::{Project, Role};
+
+/// Landmark ids of the inner eye corners, which set the scale.
+const EYE_CORNERS: [&str; 2] = ["eye_inner_left", "eye_inner_right"];
+/// Share of the picture's height that a face fills before anything is known: as wide as portraits are framed.
+const FACE_SHARE: f64 = 0.75;
+
+/// The camera with its scale: measured, or assumed from the eye corners, from the landmarks placed so far, or from the picture's height.
+pub(super) fn camera(project: &Project, face: &FaceModel, [width, height]: [u32; 2]) -> Camera {
+    let settings = &project.camera;
+    let centre = settings.principal_point_px.unwrap_or([f64::from(width) / 2.0, f64::from(height) / 2.0]);
+    let corners = EYE_CORNERS.map(|id| face.landmark(id).zip(project.landmarks.get(id)));
+    let (mut px, mut mm) = (None, 0.0);
+    if let [Some((a, mark_a)), Some((b, mark_b))] = corners {
+        let x = face.mesh().positions();
+        px = Some((Point2::from(mark_a.at_px) - Point2::from(mark_b.at_px)).norm()).filter(|px| *px > 0.0);
+        mm = (x[a.vertex as usize] - x[b.vertex as usize]).norm();
+    }
+    let px_per_mm = project
+        .scale
+        .px_per_mm(px, mm)
+        .or_else(|| scale_of_landmarks(project, face))
+        .unwrap_or_else(|| f64::from(height) * FACE_SHARE / face_height(face.mesh()))
+        .clamp(1e-6, 1e9);
+    Camera {
+        principal_point_px: centre.into(),
+        z_prp_mm: settings.view_plane_z_mm + settings.distance_mm,
+        z_vp_mm: settings.view_plane_z_mm,
+        px_per_mm,
+    }
+}
+
+/// Pixels per millimetre from the spread of the landmarks placed so far about their centre; absent for fewer than two.
+fn scale_of_landmarks(project: &Project, face: &FaceModel) -> Option<f64> {
+    let x = face.mesh().positions();
+    let pairs: Vec<_> = face
+        .landmarks()
+        .iter()
+        .filter_map(|l| project.landmarks.get(&l.id).map(|m| (x[l.vertex as usize].xy(), Point2::from(m.at_px))))
+        .collect();
+    let spread = |points: &dyn Fn(usize) -> Point2<f64>| {
+        let n = pairs.len() as f64;
+        let centre = (0..pairs.len()).map(|i| points(i).coords).sum::<nalgebra::Vector2<f64>>() / n;
+        ((0..pairs.len()).map(|i| (points(i).coords - centre).norm_squared()).sum::<f64>() / n).sqrt()
+    };
+    let (mm, px) = (spread(&|i| pairs[i].0), spread(&|i| pairs[i].1));
+    (pairs.len() >= 2 && mm > 0.0 && px > 0.0).then(|| px / mm)
+}
+
+fn face_height(mesh: &Mesh) -> f64 {
+    let (low, high) = mesh
+        .positions()
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| (low.min(p.y), high.max(p.y)));
+    (high - low).max(1e-6)
+}
+
+/// Landmarks that count, as targets of the customisation, with their ids.
+pub(super) fn landmark_targets(
+    project: &Project,
+    face: &FaceModel,
+    warnings: &mut Vec<Warning>,
+) -> (Vec<LandmarkTarget>, Vec<String>) {
+    for id in project.landmarks.keys().filter(|id| face.landmark(id).is_none()) {
+        warnings.push(Warning::NotInFace { what: format!("landmark {id}") });
+    }
+    face.landmarks()
+        .iter()
+        .filter_map(|l| {
+            let mark = project.landmarks.get(&l.id).filter(|m| m.state.is_data())?;
+            Some((LandmarkTarget { vertex: l.vertex, at_in_image: mark.at_px.into() }, l.id.clone()))
+        })
+        .unzip()
+}
+
+/// Customises; a fit that cannot be made (it would not be finite) leaves the generic face as it is.
+pub(super) fn customized(mesh: &Mesh, input: &CustomizeInput) -> Customized {
+    customize::customize(mesh, &input.targets, &input.camera, &input.settings).unwrap_or_else(|_| Customized {
+        positions: mesh.positions().to_vec(),
+        aligned: mesh.positions().to_vec(),
+        scale: [1.0; 3],
+        residual_before_px: vec![0.0; input.targets.len()],
+        residual_px: vec![0.0; input.targets.len()],
+        folded: Vec::new(),
+    })
+}
+
+pub(super) fn landmark_fit(face: &FaceModel, customized: &Customized, ids: &[String]) -> LandmarkFit {
+    let rms = |r: &[f64]| (r.iter().map(|r| r * r).sum::<f64>() / r.len().max(1) as f64).sqrt();
+    LandmarkFit {
+        placed: ids.len(),
+        of: face.landmarks().len(),
+        residuals_before_px: ids.iter().cloned().zip(customized.residual_before_px.iter().copied()).collect(),
+        rms_before_px: rms(&customized.residual_before_px),
+        rms_after_px: rms(&customized.residual_px),
+        scale: customized.scale,
+        folded: customized.folded.clone(),
+    }
+}
+
+/// Slides vertices over the customised surface to where the hand has put them in the first frame.
+pub(super) fn pinned_in_first_frame(
+    project: &Project,
+    mesh: &Mesh,
+    customized: &[Point3<f64>],
+    camera: &Camera,
+) -> Vec<Point3<f64>> {
+    let mut first = customized.to_vec();
+    for (&v, feature) in &project.features {
+        let Some(mark) = feature.first.filter(|m| m.state.is_data()) else { continue };
+        if (v as usize) < mesh.len() {
+            let ray = camera.ray(&mark.at_px.into());
+            if let Some(placed) = depth::slide_on_surface(&ray, &camera.ray_slope(), mesh, customized, v) {
+                first[v as usize] = placed.position;
+            }
+        }
+    }
+    first
+}
+
+pub(super) fn still_points(project: &Project, first: &[Point3<f64>]) -> Vec<StillPoint> {
+    let still = project.features.iter().filter(|(_, f)| f.role == Role::Still);
+    still
+        .filter_map(|(&v, f)| {
+            let mark = f.last.filter(|m| m.state.is_data())?;
+            let first = *first.get(v as usize)?;
+            Some(StillPoint { first, last_in_image: mark.at_px.into(), sigma_px: project.sigma_px(&mark) })
+        })
+        .collect()
+}
+
+/// A mark of the last frame that counts.
+pub(super) struct Marked {
+    vertex: u32,
+    at_in_image: Point2<f64>,
+    sigma_px: f64,
+}
+
+pub(super) fn marked(project: &Project, vertices: usize, warnings: &mut Vec<Warning>) -> Vec<Marked> {
+    let mut marked = Vec::new();
+    for (&vertex, feature) in &project.features {
+        if vertex as usize >= vertices {
+            warnings.push(Warning::NotInFace { what: format!("point {vertex}") });
+        } else if feature.role != Role::Fixed
+            && let Some(mark) = feature.last.filter(|m| m.state.is_data())
+        {
+            marked.push(Marked { vertex, at_in_image: mark.at_px.into(), sigma_px: project.sigma_px(&mark) });
+        }
+    }
+    marked
+}
+
+/// A mark brought back to the head as it stood in the first frame.
+pub(super) struct Measured {
+    vertex: u32,
+    placed: Placed,
+    sigma_px: f64,
+}
+
+pub(super) fn place(
+    marked: &[Marked],
+    camera: &Camera,
+    motion: &RigidMotion,
+    mesh: &Mesh,
+    first: &[Point3<f64>],
+    rule: DepthRule,
+) -> Vec<Measured> {
+    let slope = motion.rotation.inverse().to_rotation_matrix().matrix() * camera.ray_slope();
+    let at = |m: &Marked| {
+        let ray = motion.first_from_last_ray(&camera.ray(&m.at_in_image));
+        let placed = match rule {
+            DepthRule::FixedDepth => depth::fixed_depth(&ray, &slope, first[m.vertex as usize].z),
+            DepthRule::SlideOnSurface => depth::slide_on_surface(&ray, &slope, mesh, first, m.vertex),
+        }?;
+        let finite = placed.position.coords.iter().all(|c| c.is_finite());
+        finite.then_some(Measured { vertex: m.vertex, placed, sigma_px: m.sigma_px })
+    };
+    marked.iter().filter_map(at).collect()
+}
+
+pub(super) fn known_from_marks(project: &Project, vertices: usize, measured: &[Measured]) -> Vec<VertexState> {
+    let mut states = vec![VertexState::Unmeasured; vertices];
+    for (&v, feature) in &project.features {
+        if feature.role == Role::Fixed
+            && let Some(state) = states.get_mut(v as usize)
+        {
+            *state = VertexState::Fixed;
+        }
+    }
+    for m in measured {
+        states[m.vertex as usize] = VertexState::Measured;
+    }
+    states
+}
+
+pub(super) fn fill(mesh: &Mesh, input: &FillInput) -> Fill {
+    let mut states = input.states.clone();
+    let nothing = || Weights { rows: vec![Vec::new(); mesh.len()] };
+    let known = states.iter().any(|s| s.is_known());
+    let inferred = match input.rule {
+        UnmarkedRule::Inferred { reach_mm } if known => fill_in::infer(mesh, &input.first, &mut states, reach_mm),
+        _ => nothing(),
+    };
+    let open = known && states.contains(&VertexState::Unmeasured);
+    let predicted = if open { fill_in::predict(mesh, &input.first, &states) } else { nothing() };
+    Fill { states, inferred, predicted }
+}
+
+/// Positions in the last frame, head motion removed: measured, held, filled in, and predicted for drawing.
+pub(super) fn displaced(first: &[Point3<f64>], measured: &[Measured], fill: &Fill) -> Vec<Point3<f64>> {
+    let mut last = first.to_vec();
+    for m in measured {
+        last[m.vertex as usize] = m.placed.position;
+    }
+    // Inferred vertices follow measured ones; predictions follow both, so they come second.
+    for weights in [&fill.inferred, &fill.predicted] {
+        for (i, row) in weights.rows.iter().enumerate().filter(|(_, row)| !row.is_empty()) {
+            let moved = row.iter().map(|&(j, w)| (last[j as usize] - first[j as usize]) * w);
+            last[i] = first[i] + moved.sum::<nalgebra::Vector3<f64>>();
+        }
+    }
+    last
+}
+
+/// How every known vertex follows the marks: measured ones their own, inferred ones those around them, all the head's motion.
+pub(super) fn influence(
+    project: &Project,
+    camera: &Camera,
+    head: &HeadMotion,
+    measured: &[Measured],
+    first: &[Point3<f64>],
+    fill: &Fill,
+) -> MarkInfluence {
+    let mut mark_of = vec![u32::MAX; first.len()];
+    for (k, m) in measured.iter().enumerate() {
+        mark_of[m.vertex as usize] = k as u32;
+    }
+    let rows = || {
+        fill.inferred.rows.iter().enumerate().map(|(v, row)| {
+            let own = (mark_of[v] != u32::MAX).then_some((mark_of[v], 1.0));
+            let others = row.iter().filter(|(j, _)| mark_of[*j as usize] != u32::MAX);
+            own.into_iter().chain(others.map(|&(j, w)| (mark_of[j as usize], w)))
+        })
+    };
+    let slopes: Vec<Matrix3x2<f64>> = measured.iter().map(|m| m.placed.slope_mm_per_px).collect();
+    let common = (head.still_points > 0 && project.settings.marking_sigma_px > 0.0).then(|| {
+        // A small further motion of the head moves the picture of every placed point; what follows is the mark's own slope
+        // times that, backwards.
+        let own = |m: &Measured| -> Matrix3x6<f64> {
+            let there = head.motion.last_from_first(&m.placed.position);
+            let in_picture = camera.image_slope(&there) * motion_slope(&head.motion, &m.placed.position);
+            -(m.placed.slope_mm_per_px * in_picture)
+        };
+        let of_mark: Vec<Matrix3x6<f64>> = measured.iter().map(own).collect();
+        let mut of_vertex = vec![Matrix3x6::zeros(); first.len()];
+        for (slope, row) in of_vertex.iter_mut().zip(rows()) {
+            *slope += row.map(|(k, w)| of_mark[k as usize] * w).sum::<Matrix3x6<f64>>();
+        }
+        (of_vertex, head.covariance)
+    });
+    MarkInfluence {
+        weights: Influence::from_rows(rows()),
+        slope_mm_per_px: slopes,
+        sigma_px: measured.iter().map(|m| m.sigma_px).collect(),
+        common,
+    }
+}
+
+/// Measured vertices with a neighbour of which nothing is known.
+pub(super) fn border(mesh: &Mesh, states: &[VertexState]) -> Vec<bool> {
+    let open = |v: usize| mesh.neighbours(v).iter().any(|&j| !states[j as usize].is_known());
+    states.iter().enumerate().map(|(v, s)| *s == VertexState::Measured && open(v)).collect()
+}
+
+/// Triangles of known vertices whose normal has turned over between the frames.
+pub(super) fn folded(mesh: &Mesh, first: &[Point3<f64>], last: &[Point3<f64>], states: &[VertexState]) -> Vec<u32> {
+    let turned = |t: [u32; 3]| {
+        t.iter().all(|&i| states[i as usize].is_known())
+            && doubled_area_vector(first, t).dot(&doubled_area_vector(last, t)) < 0.0
+    };
+    mesh.triangles().iter().enumerate().filter(|(_, t)| turned(**t)).map(|(i, _)| i as u32).collect()
+}
+
+/// Collects what the user should know, gravest first.
+pub(super) fn warn(project: &Project, outcome: &mut Outcome, mesh: &Mesh) {
+    let mut found = Vec::new();
+    for (folded, frame) in [(&outcome.fit.folded, "first"), (&outcome.field.folded, "last")] {
+        if let Some(&t) = folded.first() {
+            let vertex = mesh.triangles()[t as usize][0];
+            found.push(Warning::Folded { count: folded.len(), frame, vertex });
+        }
+    }
+    if outcome.fit.placed < outcome.fit.of {
+        found.push(Warning::LandmarksMissing { placed: outcome.fit.placed, of: outcome.fit.of });
+    }
+    if !outcome.scale_measured {
+        found.push(Warning::RelativeScale);
+    }
+    let marks = outcome.states.iter().filter(|s| **s == VertexState::Measured).count();
+    if marks > 0 && outcome.head.still_points == 0 && project.settings.remove_head_motion {
+        let marked_still = project.features.values().filter(|f| f.role == Role::Still && f.last.is_some()).count();
+        found.push(Warning::HeadMotionNotRemoved { found: marked_still, needed: FEWEST_STILL_POINTS });
+    }
+    if let Some(noise_px) = outcome.head.noise_floor_px {
+        let still = |v: usize| project.features.get(&(v as u32)).is_some_and(|f| f.role == Role::Still);
+        let moved = |v: usize| {
+            let there = outcome.camera.image_from_face(&outcome.last[v]);
+            (there - outcome.first_in_image[v]).norm_squared()
+        };
+        let squares: Vec<f64> = (0..outcome.states.len())
+            .filter(|&v| outcome.states[v] == VertexState::Measured && !still(v))
+            .map(moved)
+            .collect();
+        let motion_px = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
+        if !squares.is_empty() && noise_px > motion_px {
+            found.push(Warning::NoiseAboveMotion { noise_px, motion_px });
+        }
+    }
+    let outside = outcome.field.outside_table.iter().filter(|o| **o).count();
+    if outside > 0 {
+        found.push(Warning::OutsideTable { count: outside });
+    }
+    let mut ratios: Vec<f64> = (0..outcome.states.len())
+        .filter(|&v| outcome.states[v] == VertexState::Measured && outcome.field.sigma[v] > 0.0)
+        .map(|v| outcome.field.force[v].norm() / outcome.field.sigma[v])
+        .collect();
+    ratios.sort_unstable_by(f64::total_cmp);
+    if let Some(&ratio) = ratios.get(ratios.len() / 2)
+        && ratio < 2.0
+    {
+        found.push(Warning::NoisyField { sigma_px: project.settings.marking_sigma_px, ratio });
+    }
+    outcome.warnings.splice(0..0, found);
+}

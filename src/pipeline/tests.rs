@@ -1,0 +1,266 @@
+//! The chain against hand calculation, finite draws and its own invariants.
+
+use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
+
+use super::{Outcome, Warning, Workspace, solve};
+use crate::camera::{Camera, RigidMotion, Scale};
+use crate::displacement::{DepthRule, UnmarkedRule, VertexState};
+use crate::face::{FaceModel, FaceParts, Landmark, Mesh};
+use crate::project::{Edit, Feature, Mark, PointId, Project, Role};
+
+const N: usize = 15;
+const SIZE: [u32; 2] = [1000, 1000];
+/// What [`project`] tells the chain of the camera.
+const CAMERA: Camera =
+    Camera { principal_point_px: Point2::new(500.0, 500.0), z_prp_mm: 1000.0, z_vp_mm: 0.0, px_per_mm: 6.0 };
+
+/// A dome z = −r²/200, 15 × 15 vertices at a pitch of 8 mm, with four corners and two eye corners for landmarks.
+fn face() -> FaceModel {
+    let at = |i: usize| (i as f64 - 7.0) * 8.0;
+    let positions: Vec<Point3<f64>> = (0..N * N)
+        .map(|i| {
+            let (x, y) = (at(i % N), at(i / N));
+            Point3::new(x, y, -(x * x + y * y) / 200.0)
+        })
+        .collect();
+    let mut triangles = Vec::new();
+    for r in 0..N - 1 {
+        for c in 0..N - 1 {
+            let i = (r * N + c) as u32;
+            let up = i + N as u32;
+            triangles.extend([[i, i + 1, up + 1], [i, up + 1, up]]);
+        }
+    }
+    let named = [("eye_inner_right", 7 * N + 5), ("eye_inner_left", 7 * N + 9)].into_iter();
+    let corners = [("a", 0), ("b", N - 1), ("c", N * (N - 1)), ("d", N * N - 1)];
+    let landmarks = named
+        .chain(corners)
+        .map(|(id, v)| Landmark { id: id.into(), name: id.into(), hint: String::new(), vertex: v as u32, mirror: None })
+        .collect();
+    let mirror = vec![None; N * N];
+    FaceModel::new(
+        Mesh::new(positions, triangles).unwrap(),
+        FaceParts { name: "dome".into(), landmarks, mirror, ..FaceParts::default() },
+    )
+    .unwrap()
+}
+
+/// The dome with every landmark marked at the truth and a true scale, so that customisation changes nothing.
+fn project(face: &FaceModel) -> Project {
+    let mut p = Project::default();
+    p.settings.customize.z_factor = 1.0;
+    p.scale = Scale::TwoPoints { a_px: [0.0, 0.0], b_px: [60.0, 0.0], mm: 10.0 };
+    for l in face.landmarks() {
+        let at = CAMERA.image_from_face(&face.mesh().positions()[l.vertex as usize]);
+        p.landmarks.insert(l.id.clone(), Mark::new([at.x, at.y]));
+    }
+    p
+}
+
+/// A bulge of the middle of the dome in its own plane: z stays, as `FixedDepth` takes it.
+fn moved(x: &Point3<f64>) -> Point3<f64> {
+    let grow = 3.0 * (-(x.x * x.x + x.y * x.y) / 600.0).exp();
+    Point3::new(x.x + 0.3 * grow, x.y + grow, x.z)
+}
+
+fn mark(p: &mut Project, v: usize, at: Point2<f64>) {
+    p.features.entry(v as u32).or_default().last = Some(Mark::new([at.x, at.y]));
+}
+
+fn mark_all(p: &mut Project, face: &FaceModel, which: impl Fn(usize) -> bool) {
+    for (v, x) in face.mesh().positions().iter().enumerate().filter(|(v, _)| which(*v)) {
+        mark(p, v, CAMERA.image_from_face(&moved(x)));
+    }
+}
+
+fn run(p: &Project, face: &FaceModel) -> Outcome {
+    solve(p, face, SIZE, &mut Workspace::default())
+}
+
+/// F on one vertex by the plainest loop over its springs: the tension of the default table, strips of the rest triangles.
+fn force_by_hand(face: &FaceModel, p: &Project, o: &Outcome, v: usize) -> Vector3<f64> {
+    let mesh = face.mesh();
+    let mut f = Vector3::zeros();
+    for &j in mesh.neighbours(v) {
+        let j = j as usize;
+        let rest = (o.first[j] - o.first[v]).norm();
+        let area: f64 = mesh
+            .triangles()
+            .iter()
+            .filter(|t| t.contains(&(v as u32)) && t.contains(&(j as u32)))
+            .map(|t| {
+                let [a, b, c] = t.map(|i| o.first[i as usize]);
+                0.5 * (b - a).cross(&(c - a)).norm()
+            })
+            .sum();
+        let d = o.last[j] - o.last[v];
+        let stress = p.settings.skin.stress_kpa(d.norm() / rest - 1.0);
+        // kPa · mm² = 10⁻³ N; a stretched spring pulls v towards j, and the muscle pulls against it.
+        f -= d / d.norm() * (1e-3 * p.settings.skin_thickness_mm * area / rest * stress);
+    }
+    f
+}
+
+#[test]
+fn with_marks_at_the_truth_the_positions_and_the_forces_are_exact() {
+    let face = face();
+    let mut p = project(&face);
+    mark_all(&mut p, &face, |_| true);
+    let o = run(&p, &face);
+    assert!(o.fit.rms_before_px < 1e-9 && o.fit.rms_after_px < 1e-9);
+    for (v, x) in face.mesh().positions().iter().enumerate() {
+        assert!((o.first[v] - x).norm() < 1e-9 && (o.last[v] - moved(x)).norm() < 1e-9);
+        let by_hand = force_by_hand(&face, &p, &o, v);
+        assert!((o.field.force[v] - by_hand).norm() < 1e-12 * (1.0 + by_hand.norm()));
+    }
+    let (peak, f) = o.field.peak(&o.states).unwrap();
+    assert!(f > 0.01 && o.field.internal_sum.norm() < 1e-12, "peak {f} N at {peak}");
+    assert!(o.scale_measured && o.unit() == "N");
+}
+
+#[test]
+fn head_motion_is_removed_before_depth_is_chosen() {
+    let face = face();
+    let head = RigidMotion {
+        rotation: UnitQuaternion::from_scaled_axis(Vector3::new(0.02, -0.03, 0.015)),
+        translation_mm: Vector3::new(2.0, -1.0, 1.5),
+        pivot: Point3::new(0.0, 0.0, -60.0),
+    };
+    let mut p = project(&face);
+    p.settings.marking_sigma_px = 0.0;
+    let rim = face.mesh().on_border();
+    for (v, x) in face.mesh().positions().iter().enumerate() {
+        let there = if rim[v] { *x } else { moved(x) };
+        mark(&mut p, v, CAMERA.image_from_face(&head.last_from_first(&there)));
+        p.features.get_mut(&(v as u32)).unwrap().role = if rim[v] { Role::Still } else { Role::Skin };
+    }
+    let o = run(&p, &face);
+    assert!(o.head.noise_floor_px.unwrap() < 1e-3);
+    for (v, x) in face.mesh().positions().iter().enumerate() {
+        let truth = if rim[v] { *x } else { moved(x) };
+        assert!((o.last[v] - truth).norm() < 0.01, "vertex {v}: {}", (o.last[v] - truth).norm());
+    }
+    // Left in, the same motion is read as skin.
+    p.settings.remove_head_motion = false;
+    let thesis = run(&p, &face);
+    assert!(thesis.field.peak(&thesis.states).unwrap().1 > 0.0 && thesis.head.still_points == 0);
+    assert!((thesis.last[0] - o.last[0]).norm() > 0.5);
+}
+
+#[test]
+fn what_is_not_marked_is_inferred_inside_unmeasured_outside_and_held_on_request() {
+    let face = face();
+    let mut p = project(&face);
+    // A block of marks with every other vertex left out.
+    mark_all(&mut p, &face, |v| (4..=10).contains(&(v % N)) && (4..=10).contains(&(v / N)) && v % 2 == 0);
+    let o = run(&p, &face);
+    let centre = 7 * N + 7;
+    let between = if o.states[centre] == VertexState::Measured { centre + 1 } else { centre };
+    assert_eq!(o.states[between], VertexState::Inferred);
+    // Its four neighbours at 8 mm moved by 3 mm · exp(−64/600) and 0.3 of that across: a mean falls short of the summit by
+    // 3 (1 − 0.899) √(1 + 0.3²) = 0.32 mm.
+    let short = (o.last[between] - moved(&o.first[between])).norm();
+    assert!(short < 0.34, "{short}");
+    assert_eq!(o.states[0], VertexState::Unmeasured);
+    assert_eq!((o.field.force[0], o.field.sigma[0]), (Vector3::zeros(), 0.0));
+    assert!(o.border.iter().any(|b| *b) && !o.border[between]);
+    assert!(o.field.internal_sum.norm() < 1e-12);
+    // A prediction follows its neighbours, and fades.
+    let (near, far) = (3 * N + 7, 7);
+    assert!((o.last[near] - o.first[near]).norm() > (o.last[far] - o.first[far]).norm());
+
+    p.settings.unmarked = UnmarkedRule::Held;
+    let held = run(&p, &face);
+    assert_eq!(held.states[between], VertexState::Fixed);
+    assert_eq!(held.last[between], held.first[between]);
+}
+
+#[test]
+fn the_standard_error_is_the_spread_of_repeated_marking() {
+    let face = face();
+    let mut p = project(&face);
+    mark_all(&mut p, &face, |v| v % 3 != 0 || v == 7 * N + 6);
+    p.settings.marking_sigma_px = 0.05;
+    let stated = run(&p, &face);
+    // Repeat the marking with Gaussian errors from a fixed sequence (Box–Muller on a linear congruential generator).
+    let mut seed = 12345_u64;
+    let mut uniform = move || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((seed >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+    };
+    let mut gauss = move || (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos();
+    let mut squares = vec![0.0; N * N];
+    let mut workspace = Workspace::default();
+    let draws = 600;
+    for _ in 0..draws {
+        let mut q = p.clone();
+        for f in q.features.values_mut() {
+            let m = f.last.as_mut().unwrap();
+            m.at_px = [m.at_px[0] + 0.05 * gauss(), m.at_px[1] + 0.05 * gauss()];
+        }
+        let o = solve(&q, &face, SIZE, &mut workspace);
+        for v in 0..N * N {
+            squares[v] += (o.field.force[v] - stated.field.force[v]).norm_squared();
+        }
+    }
+    let mut ratios = Vec::new();
+    for v in (0..N * N).filter(|&v| stated.states[v].is_known()) {
+        let spread = (squares[v] / f64::from(draws)).sqrt();
+        ratios.push(spread / stated.field.sigma[v]);
+    }
+    let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+    // 600 draws of a length with 2–3 degrees of freedom: each ratio is good to about 4 %, their mean far better.
+    assert!((mean - 1.0).abs() < 0.02, "mean ratio {mean}");
+    assert!(ratios.iter().all(|r| (0.8..1.2).contains(r)), "{ratios:?}");
+}
+
+#[test]
+fn what_the_workspace_remembers_changes_nothing() {
+    let face = face();
+    let mut p = project(&face);
+    let mut workspace = Workspace::default();
+    mark_all(&mut p, &face, |v| v % 2 == 0);
+    for step in 0..6 {
+        match step {
+            1 => mark(&mut p, 100, Point2::new(512.0, 480.0)),
+            2 => p.settings.depth = DepthRule::SlideOnSurface,
+            3 => Edit::Clear(PointId::FeatureLast(112)).apply(&mut p).unwrap(),
+            4 => Edit::Put(PointId::Landmark("a".into()), [160.0, 830.0]).apply(&mut p).unwrap(),
+            5 => Edit::Put(PointId::FeatureFirst(112), [505.0, 498.0]).apply(&mut p).unwrap(),
+            _ => {}
+        }
+        assert_eq!(solve(&p, &face, SIZE, &mut workspace), run(&p, &face), "after step {step}");
+    }
+}
+
+#[test]
+fn an_empty_project_and_a_strange_one_have_an_outcome() {
+    let face = face();
+    let empty = run(&Project::default(), &face);
+    assert!(empty.states.iter().all(|s| *s == VertexState::Unmeasured));
+    assert!(empty.warnings.contains(&Warning::RelativeScale));
+    assert!(empty.first_in_image.iter().all(|p| p.x.is_finite() && (0.0..1000.0).contains(&p.y)));
+
+    let mut strange = project(&face);
+    strange.landmarks.insert("no_such".into(), Mark::new([1.0, 1.0]));
+    strange.features.insert(99_999, Feature { last: Some(Mark::new([5.0, 5.0])), ..Feature::default() });
+    for mark in strange.landmarks.values_mut() {
+        mark.at_px = [500.0, 500.0];
+    }
+    mark(&mut strange, 3, Point2::new(1e6, -1e6));
+    let o = run(&strange, &face);
+    assert!(o.warnings.iter().any(|w| matches!(w, Warning::NotInFace { what } if what == "landmark no_such")));
+    assert!(o.field.force.iter().chain([&o.field.internal_sum]).all(|f| f.iter().all(|c| c.is_finite())));
+}
+
+#[test]
+fn a_point_pinned_in_the_first_frame_slides_on_the_surface() {
+    let face = face();
+    let mut p = project(&face);
+    let target = Point2::new(509.0, 493.0);
+    Edit::Put(PointId::FeatureFirst(112), [target.x, target.y]).apply(&mut p).unwrap();
+    let o = run(&p, &face);
+    assert!((o.first_in_image[112] - target).norm() < 1e-9);
+    // 1.5 mm and 1.17 mm from the top of the dome: the facet there is at most (1.5 + 1.17) · 8 / 200 below it.
+    assert!(o.first[112].z <= 0.0 && o.first[112].z > -0.12);
+}
