@@ -1,11 +1,14 @@
 //! The project: what an annotator has said, how it changes, and how nothing of it is lost.
 
+pub mod autosave;
 pub mod document;
 pub mod edit;
 pub mod faults;
 pub mod file;
+pub mod frames_check;
 pub mod history;
 mod json;
+pub mod paths;
 pub mod whole_file;
 
 pub use document::{
@@ -13,4 +16,6 @@ pub use document::{
 };
 pub use edit::{Edit, EditError, PointId, Which};
 pub use file::ProjectFileError;
+pub use frames_check::{FrameStatus, find_by_hash};
 pub use history::History;
+pub use paths::resolve;
