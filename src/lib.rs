@@ -65,5 +65,7 @@ pub mod project;
 
 pub mod pipeline;
 
+pub mod export;
+
 #[cfg(feature = "gui")]
 pub mod gui;

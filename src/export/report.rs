@@ -1,0 +1,232 @@
+//! `report.json`: what was solved, with what, how well, and what to beware of. Fields and units: `docs/file-formats.md`.
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use crate::camera::Scale;
+use crate::displacement::VertexState;
+use crate::face::FaceModel;
+use crate::pipeline::Outcome;
+use crate::project::{CameraSettings, FaceSource, FramePair, Project, Settings};
+
+/// What the caller knows and the outcome does not.
+#[derive(Clone, Debug, Default)]
+pub struct Circumstances {
+    /// The command line that gives the same files again.
+    pub command: String,
+    /// Stages and how long each took, ms.
+    pub timings_ms: Vec<(&'static str, f64)>,
+    /// Sentences beside the outcome's own warnings: a frame that has changed.
+    pub remarks: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    program: &'static str,
+    version: &'static str,
+    command: &'a str,
+    project: &'a str,
+    face: Face<'a>,
+    frames: &'a FramePair,
+    vertices_by_state: ByState,
+    landmarks: Landmarks<'a>,
+    scale: ScaleReport<'a>,
+    force_unit: &'static str,
+    head_motion: Head,
+    peak: Option<Peak>,
+    self_check: SelfCheck,
+    outside_skin_table: Vec<usize>,
+    folded_triangles: Folded<'a>,
+    warnings: Vec<String>,
+    settings: &'a Settings,
+    camera: &'a CameraSettings,
+    timings_ms: std::collections::BTreeMap<&'static str, f64>,
+}
+
+#[derive(Serialize)]
+struct Face<'a> {
+    name: &'a str,
+    source: &'a FaceSource,
+    vertices: usize,
+    triangles: usize,
+}
+
+#[derive(Serialize)]
+struct ByState {
+    measured: usize,
+    inferred: usize,
+    fixed: usize,
+    unmeasured: usize,
+    border: usize,
+}
+
+#[derive(Serialize)]
+struct Landmarks<'a> {
+    placed: usize,
+    of: usize,
+    rms_before_px: f64,
+    rms_after_px: f64,
+    residuals_before_px: std::collections::BTreeMap<&'a str, f64>,
+    scale_xyz: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct ScaleReport<'a> {
+    measured: bool,
+    px_per_mm: f64,
+    given: &'a Scale,
+}
+
+#[derive(Serialize)]
+struct Head {
+    removed: bool,
+    still_points: usize,
+    rotation_deg: f64,
+    rotation_xyz_deg: [f64; 3],
+    translation_mm: [f64; 3],
+    residuals_px: Vec<f64>,
+    noise_floor_px: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Peak {
+    vertex: usize,
+    force: f64,
+    sigma: f64,
+    at_mm: [f64; 3],
+    state: &'static str,
+    border: bool,
+}
+
+#[derive(Serialize)]
+struct SelfCheck {
+    sum_of_internal_forces: [f64; 3],
+    ratio_to_largest_force: f64,
+}
+
+#[derive(Serialize)]
+struct Folded<'a> {
+    first_frame: &'a [u32],
+    last_frame: &'a [u32],
+}
+
+/// The text of `report.json`.
+pub fn report(project: &Project, face: &FaceModel, outcome: &Outcome, circumstances: &Circumstances) -> String {
+    let count = |state| outcome.states.iter().filter(|s| **s == state).count();
+    let residuals = outcome.fit.residuals_before_px.iter().map(|(id, r)| (id.as_str(), *r)).collect();
+    let report = Report {
+        program: "frontalis",
+        version: env!("CARGO_PKG_VERSION"),
+        command: &circumstances.command,
+        project: &project.name,
+        face: Face {
+            name: face.name(),
+            source: &project.face,
+            vertices: face.mesh().len(),
+            triangles: face.mesh().triangles().len(),
+        },
+        frames: &project.frames,
+        vertices_by_state: ByState {
+            measured: count(VertexState::Measured),
+            inferred: count(VertexState::Inferred),
+            fixed: count(VertexState::Fixed),
+            unmeasured: count(VertexState::Unmeasured),
+            border: outcome.border.iter().filter(|b| **b).count(),
+        },
+        landmarks: Landmarks {
+            placed: outcome.fit.placed,
+            of: outcome.fit.of,
+            rms_before_px: outcome.fit.rms_before_px,
+            rms_after_px: outcome.fit.rms_after_px,
+            residuals_before_px: residuals,
+            scale_xyz: outcome.fit.scale,
+        },
+        scale: ScaleReport {
+            measured: outcome.scale_measured,
+            px_per_mm: outcome.camera.px_per_mm,
+            given: &project.scale,
+        },
+        force_unit: outcome.unit(),
+        head_motion: head(outcome, project.settings.remove_head_motion),
+        peak: peak(outcome),
+        self_check: self_check(outcome),
+        outside_skin_table: places(&outcome.field.outside_table),
+        folded_triangles: Folded { first_frame: &outcome.fit.folded, last_frame: &outcome.field.folded },
+        warnings: outcome.warnings.iter().map(ToString::to_string).chain(circumstances.remarks.clone()).collect(),
+        settings: &project.settings,
+        camera: &project.camera,
+        timings_ms: circumstances.timings_ms.iter().copied().collect(),
+    };
+    // Keys are strings and numbers that are not finite become null: nothing here can fail to be written.
+    serde_json::to_string_pretty(&report).unwrap_or_default() + "\n"
+}
+
+fn head(outcome: &Outcome, wanted: bool) -> Head {
+    let head = &outcome.head;
+    Head {
+        removed: wanted && head.still_points > 0,
+        still_points: head.still_points,
+        rotation_deg: head.motion.rotation.angle().to_degrees(),
+        rotation_xyz_deg: head.motion.rotation.scaled_axis().map(f64::to_degrees).into(),
+        translation_mm: head.motion.translation_mm.into(),
+        residuals_px: head.residuals_px.clone(),
+        noise_floor_px: head.noise_floor_px,
+    }
+}
+
+fn peak(outcome: &Outcome) -> Option<Peak> {
+    let (vertex, force) = outcome.field.peak(&outcome.states)?;
+    Some(Peak {
+        vertex,
+        force,
+        sigma: *outcome.field.sigma.get(vertex)?,
+        at_mm: outcome.first.get(vertex)?.coords.into(),
+        state: outcome.states.get(vertex)?.word(),
+        border: *outcome.border.get(vertex)?,
+    })
+}
+
+/// The internal forces of springs sum to zero; what is left is rounding, or something is wrong.
+fn self_check(outcome: &Outcome) -> SelfCheck {
+    let largest = outcome.field.force.iter().map(Vector3::norm).fold(0.0, f64::max);
+    let sum = outcome.field.internal_sum;
+    SelfCheck {
+        sum_of_internal_forces: sum.into(),
+        ratio_to_largest_force: if largest > 0.0 { sum.norm() / largest } else { 0.0 },
+    }
+}
+
+fn places(flags: &[bool]) -> Vec<usize> {
+    flags.iter().enumerate().filter(|(_, set)| **set).map(|(v, _)| v).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::export::scene_of_one_triangle;
+    use crate::pipeline::Warning;
+
+    #[test]
+    fn the_report_says_what_was_found() {
+        let (project, face, mut outcome) = scene_of_one_triangle();
+        outcome.field.internal_sum = Vector3::new(0.0, 0.0, 5e-12);
+        outcome.field.outside_table[1] = true;
+        outcome.warnings.push(Warning::RelativeScale);
+        let circumstances = Circumstances {
+            command: "frontalis solve p --out d".into(),
+            timings_ms: vec![("solve", 0.5)],
+            remarks: vec!["first.png: there is no such file".into()],
+        };
+        let r: serde_json::Value = serde_json::from_str(&report(&project, &face, &outcome, &circumstances)).unwrap();
+        assert_eq!(r["vertices_by_state"]["measured"], 1);
+        assert_eq!(r["vertices_by_state"]["unmeasured"], 1);
+        assert_eq!(r["force_unit"], "N");
+        assert_eq!(r["peak"]["force"], 5.0);
+        // 5e-12 over the largest force, 5.
+        assert!((r["self_check"]["ratio_to_largest_force"].as_f64().unwrap() - 1e-12).abs() < 1e-24);
+        assert_eq!(r["outside_skin_table"], serde_json::json!([1]));
+        assert_eq!(r["warnings"].as_array().unwrap().len(), 2);
+        assert_eq!(r["frames"]["last"]["sha256"].as_str().unwrap().len(), 64);
+        assert_eq!(r["command"], "frontalis solve p --out d");
+    }
+}
