@@ -1,18 +1,139 @@
-//! The workspace of the forces.
+//! The workspace of the forces: the height map, its colour bar, profiles, the table of vertices, and what is known of the one pointed at.
 
+mod canvas;
+mod card;
+mod chart;
+mod colour_bar;
+mod profile;
+mod profiles;
+mod summary;
+mod table;
+mod toolbar;
+
+use crate::gui::action::{Action, Direction as Way};
+use crate::gui::height_map::{Layer, MapOptions};
+use crate::gui::orbit_view::{OrbitView, StandardView};
 use crate::gui::{Command, Focus, Scene};
+use crate::project::PointId;
+
+pub use profile::{Line, ProfilePoint, Section, section};
+pub use table::{Column, Sorting};
 
 /// What the workspace of the forces remembers about showing.
 #[derive(Debug, Default)]
-pub struct ForcesView {}
+pub struct ForcesView {
+    /// What is drawn, and how.
+    pub options: MapOptions,
+    /// Where the eye stands.
+    pub orbit: OrbitView,
+    /// What lies under the map.
+    pub tab: Tab,
+    /// Whether the first profile follows the chosen muscle's fibre instead of a vertical line.
+    pub profile_along_fibre: bool,
+    /// Order of the table.
+    pub sorting: Sorting,
+    /// Whether the keys turn the map.
+    canvas_focused: bool,
+    /// What the last frame showed, for keys that act between frames.
+    shown: Option<crate::gui::orbit_view::Projection>,
+}
+
+/// What lies under the map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tab {
+    /// Force along two lines through the selected vertex.
+    #[default]
+    Profiles,
+    /// All vertices with their forces.
+    Table,
+}
+
+impl ForcesView {
+    /// Does what a key or a menu entry names, if it means the height map; true when it did.
+    ///
+    /// Arrows turn the map only while the canvas has the keyboard's focus, otherwise they nudge the selected mark, and the map follows.
+    pub fn act(&mut self, action: Action) -> bool {
+        let Some(projection) = self.shown else { return false };
+        match action {
+            Action::Fit => self.orbit = OrbitView { target: None, points_per_mm: None, ..self.orbit },
+            Action::ZoomIn => self.orbit.zoom(&projection, 1.25, projection.centre),
+            Action::ZoomOut => self.orbit.zoom(&projection, 0.8, projection.centre),
+            Action::Nudge(way, _) if self.canvas_focused => {
+                let drag = match way {
+                    Way::Left => egui::vec2(-ARROW_POINTS, 0.0),
+                    Way::Right => egui::vec2(ARROW_POINTS, 0.0),
+                    Way::Up => egui::vec2(0.0, -ARROW_POINTS),
+                    Way::Down => egui::vec2(0.0, ARROW_POINTS),
+                };
+                self.orbit.orbit(&projection, drag);
+            }
+            _ => return false,
+        }
+        true
+    }
+
+    /// Shows the map from one of the standard directions, everything in view.
+    pub fn look(&mut self, view: StandardView) {
+        self.orbit = OrbitView::standard(view);
+    }
+}
+
+/// One press of an arrow turns the map as a drag over so many points: 5°.
+const ARROW_POINTS: f32 = 12.5;
+
+/// The vertex that is selected, be it as a feature point or as a landmark.
+fn selected_vertex(scene: Scene<'_>, focus: &Focus) -> Option<usize> {
+    let vertex = match &focus.selected {
+        Some(PointId::Landmark(id)) => scene.face.landmark(id).map(|l| l.vertex),
+        _ => focus.selected_vertex(),
+    };
+    vertex.map(|v| v as usize).filter(|v| *v < scene.face.mesh().len())
+}
+
+/// Asks for a vertex to be selected in every panel.
+fn select(commands: &mut Vec<Command>, vertex: usize) {
+    commands.push(Command::Select(Some(PointId::FeatureLast(vertex as u32))));
+}
+
+/// "vertex 123, 0.140 ± 0.021 N, measured": how a vertex is called in tooltips and to a screen reader.
+pub fn vertex_name(scene: Scene<'_>, layer: &Layer, vertex: usize) -> String {
+    use crate::gui::height_map::options::with_error;
+    let state = scene.outcome.states.get(vertex).copied().unwrap_or_default().word();
+    match layer.value_and_error(vertex) {
+        Some((value, error)) if layer.unit.is_empty() => format!("vertex {vertex}, {}, {state}", with_error(value, error)),
+        Some((value, error)) => format!("vertex {vertex}, {} {}, {state}", with_error(value, error), layer.unit),
+        None => format!("vertex {vertex}, {state}"),
+    }
+}
 
 /// Shows the workspace in the whole of `ui`.
 pub fn show(
     ui: &mut egui::Ui,
-    _scene: Scene<'_>,
-    _view: &mut ForcesView,
-    _focus: &mut Focus,
-    _commands: &mut Vec<Command>,
+    scene: Scene<'_>,
+    view: &mut ForcesView,
+    focus: &mut Focus,
+    commands: &mut Vec<Command>,
 ) {
-    ui.heading("Forces");
+    if view.options.muscle.is_none_or(|m| m >= scene.face.muscles().len()) {
+        view.options.muscle = (!scene.face.muscles().is_empty()).then_some(0);
+    }
+    let o = &view.options;
+    let layer = Layer::new(scene.outcome, scene.face, o.quantity, o.direction, o.muscle);
+    let selected = selected_vertex(scene, focus);
+    egui::Panel::top("forces toolbar").show(ui, |ui| toolbar::show(ui, scene, view, &layer));
+    egui::Panel::right("forces side").default_size(282.0).min_size(240.0).show(ui, |ui| {
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            card::show(ui, scene, &layer, focus.hovered().map(|v| v as usize).or(selected));
+            summary::show(ui, scene, &layer, focus, commands);
+        });
+    });
+    egui::Panel::bottom("forces charts").resizable(true).default_size(216.0).min_size(120.0).show(ui, |ui| {
+        match view.tab {
+            Tab::Profiles => profiles::show(ui, scene, view, &layer, selected, focus, commands),
+            Tab::Table => table::show(ui, scene, view, selected, focus, commands),
+        }
+    });
+    egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
+        canvas::show(ui, scene, view, &layer, selected, focus, commands);
+    });
 }

@@ -1,0 +1,153 @@
+//! The range of the colours: following the data, following what is in view, or locked by the user.
+
+use super::quantity::Layer;
+
+/// Who decides the ends of the colour bar.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum RangeMode {
+    /// All known vertices, border and fixtures left out; rounded outwards.
+    #[default]
+    Auto,
+    /// As [`Self::Auto`], of the vertices inside the canvas.
+    InView,
+    /// The user; kept when the data change.
+    Locked(ColourRange),
+}
+
+/// The values at the two ends of the colour bar; `low < high`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColourRange {
+    /// At the lower end.
+    pub low: f64,
+    /// At the upper end.
+    pub high: f64,
+}
+
+impl ColourRange {
+    /// Orders the ends and keeps them apart.
+    pub fn new(a: f64, b: f64) -> Self {
+        let (low, high) = if a <= b { (a, b) } else { (b, a) };
+        let least = 1e-9_f64.max(low.abs().max(high.abs()) * 1e-6);
+        Self { low, high: high.max(low + least) }
+    }
+
+    /// Where a value stands on the bar: 0 at the lower end, 1 at the upper, beyond them outside.
+    pub fn position(&self, value: f64) -> f64 {
+        (value - self.low) / (self.high - self.low)
+    }
+
+    /// How many of the values lie below and above.
+    pub fn clipped(&self, values: &[Option<f64>]) -> (usize, usize) {
+        let slack = (self.high - self.low) * 1e-9;
+        values.iter().flatten().fold((0, 0), |(below, above), &v| {
+            (below + usize::from(v < self.low - slack), above + usize::from(v > self.high + slack))
+        })
+    }
+}
+
+/// The range for a layer; `in_view` says which vertices lie inside the canvas.
+///
+/// Magnitudes start at zero; signed values run as far below zero as above it, so that the middle colour means zero.
+pub fn range_of(mode: RangeMode, layer: &Layer, in_view: &dyn Fn(usize) -> bool) -> ColourRange {
+    let wanted: &dyn Fn(usize) -> bool = match mode {
+        RangeMode::Locked(range) => return range,
+        RangeMode::Auto => &|_| true,
+        RangeMode::InView => in_view,
+    };
+    let largest = |respect_border: bool| {
+        layer
+            .values
+            .iter()
+            .enumerate()
+            .filter(|&(v, _)| wanted(v) && (!respect_border || layer.sets_range.get(v).copied().unwrap_or(true)))
+            .filter_map(|(_, value)| *value)
+            .fold(0.0_f64, |most, value| most.max(value.abs()))
+    };
+    let mut most = largest(true);
+    if most == 0.0 {
+        most = largest(false);
+    }
+    if most == 0.0 {
+        most = 1.0;
+    }
+    let high = round_up(most);
+    if layer.signed { ColourRange::new(-high, high) } else { ColourRange::new(0.0, high) }
+}
+
+/// The next number up with two digits that ticks divide well: 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8 times a power of ten.
+pub fn round_up(value: f64) -> f64 {
+    if !(value.is_finite() && value > 0.0) {
+        return 1.0;
+    }
+    let power = 10_f64.powi(value.log10().floor() as i32);
+    let digits = value / power;
+    const GOOD: [f64; 11] = [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0];
+    GOOD.into_iter().find(|g| *g >= digits - 1e-9).unwrap_or(10.0) * power
+}
+
+/// The nearest of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten, not above the value: for factors that are printed.
+pub fn round_down(value: f64) -> f64 {
+    if !(value.is_finite() && value > 0.0) {
+        return 1.0;
+    }
+    let power = 10_f64.powi(value.log10().floor() as i32);
+    let digits = value / power;
+    const GOOD: [f64; 8] = [8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0];
+    GOOD.into_iter().find(|g| *g <= digits + 1e-9).unwrap_or(1.0) * power
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layer(signed: bool, values: &[Option<f64>]) -> Layer {
+        Layer {
+            title: String::new(),
+            unit: "N",
+            signed,
+            values: values.to_vec(),
+            sigma: None,
+            sets_range: vec![true; values.len()],
+        }
+    }
+
+    #[test]
+    fn magnitudes_start_at_zero_and_signed_values_are_centred_on_it() {
+        let everything = |_: usize| true;
+        let auto = range_of(RangeMode::Auto, &layer(false, &[Some(0.13), None, Some(0.37)]), &everything);
+        assert_eq!((auto.low, auto.high), (0.0, 0.4));
+        let auto = range_of(RangeMode::Auto, &layer(true, &[Some(-0.37), Some(0.1)]), &everything);
+        assert_eq!((auto.low, auto.high), (-0.4, 0.4));
+        assert!((auto.position(0.0) - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_locked_range_stays_when_the_data_change() {
+        let locked = RangeMode::Locked(ColourRange::new(0.1, 0.5));
+        for data in [&[Some(3.0)][..], &[Some(-9.0), None], &[]] {
+            let range = range_of(locked, &layer(false, data), &|_| true);
+            assert_eq!((range.low, range.high), (0.1, 0.5));
+        }
+    }
+
+    #[test]
+    fn the_view_and_the_border_limit_what_counts() {
+        let mut l = layer(false, &[Some(9.0), Some(0.2), Some(0.7)]);
+        l.sets_range[0] = false;
+        assert!((range_of(RangeMode::Auto, &l, &|_| true).high - 0.8).abs() < 1e-12);
+        assert!((range_of(RangeMode::InView, &l, &|v| v == 1).high - 0.2).abs() < 1e-12);
+        // Nothing but border in view: it must do.
+        assert!((range_of(RangeMode::InView, &l, &|v| v == 0).high - 10.0).abs() < 1e-12);
+        assert_eq!(ColourRange::new(0.0, 0.5).clipped(&l.values), (0, 2));
+    }
+
+    #[test]
+    fn nothing_known_gives_a_range_that_can_be_drawn() {
+        let range = range_of(RangeMode::Auto, &layer(false, &[None, None]), &|_| true);
+        assert!(range.high > range.low);
+        let flat = ColourRange::new(2.0, 2.0);
+        assert!(flat.position(2.0).is_finite());
+        assert!((round_up(0.031) - 0.04).abs() < 1e-12 && (round_down(0.031) - 0.03).abs() < 1e-12);
+        assert_eq!(round_up(f64::NAN), 1.0);
+    }
+}

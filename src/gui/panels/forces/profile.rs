@@ -1,0 +1,165 @@
+//! A profile: the surface of a layer cut by a plane that stands on a line in the plan, with the vertices near the cut.
+
+use nalgebra::{Point2, Point3, Vector2};
+
+use crate::face::Mesh;
+
+/// A line in the plan with the band of vertices that count as near it, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Where the profile's coordinate is `start`.
+    pub origin: Point2<f64>,
+    /// Unit vector along it.
+    pub along: Vector2<f64>,
+    /// Coordinate of the origin, mm: the profile of a vertical line counts y, of a lateral one x, along a fibre the distance.
+    pub start: f64,
+    /// Vertices as far as this to either side are shown.
+    pub half_band_mm: f64,
+}
+
+impl Line {
+    /// Upwards through a point; the coordinate is y.
+    pub fn vertical(through: &Point3<f64>, half_band_mm: f64) -> Self {
+        Self { origin: Point2::new(through.x, 0.0), along: Vector2::y(), start: 0.0, half_band_mm }
+    }
+
+    /// Across the face through a point; the coordinate is x.
+    pub fn lateral(through: &Point3<f64>, half_band_mm: f64) -> Self {
+        Self { origin: Point2::new(0.0, through.y), along: Vector2::x(), start: 0.0, half_band_mm }
+    }
+
+    /// From one point to another; the coordinate is the distance from the first. None where they are one above the other.
+    pub fn between(from: &Point3<f64>, to: &Point3<f64>, half_band_mm: f64) -> Option<Self> {
+        let along = (to.xy() - from.xy()).try_normalize(1e-9)?;
+        Some(Self { origin: from.xy(), along, start: 0.0, half_band_mm })
+    }
+
+    /// Coordinate along the line, and signed distance to its left.
+    pub fn place(&self, x: &Point3<f64>) -> (f64, f64) {
+        let from_origin = x.xy() - self.origin;
+        (self.start + from_origin.dot(&self.along), self.along.perp(&from_origin))
+    }
+}
+
+/// A vertex near the line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProfilePoint {
+    /// The vertex.
+    pub vertex: usize,
+    /// Coordinate along the line, mm.
+    pub at_mm: f64,
+    /// Its value.
+    pub value: f64,
+    /// Standard error of it.
+    pub error: Option<f64>,
+}
+
+/// What the chart shows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Section {
+    /// Straight pieces of the cut surface: coordinate (mm) and value of both ends. Where nothing is known there are none.
+    pub pieces: Vec<[[f64; 2]; 2]>,
+    /// Vertices within the band, by coordinate.
+    pub points: Vec<ProfilePoint>,
+}
+
+/// Cuts the piecewise linear surface of `values` along a line. Triangles with an unknown corner are left out: the curve has gaps there.
+pub fn section(
+    mesh: &Mesh,
+    first: &[Point3<f64>],
+    value_and_error: &dyn Fn(usize) -> Option<(f64, Option<f64>)>,
+    line: &Line,
+) -> Section {
+    let places: Vec<(f64, f64)> = first.iter().map(|x| line.place(x)).collect();
+    let mut pieces = Vec::new();
+    for t in mesh.triangles() {
+        let t = t.map(|v| v as usize);
+        let Some(side) = corner_values(t, |v| places.get(v).map(|p| p.1)) else { continue };
+        if side.iter().all(|s| *s < 0.0) || side.iter().all(|s| *s >= 0.0) {
+            continue;
+        }
+        let Some(value) = corner_values(t, |v| value_and_error(v).map(|(value, _)| value)) else { continue };
+        let along = t.map(|v| places[v].0);
+        let mut ends = Vec::with_capacity(2);
+        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+            if (side[a] < 0.0) != (side[b] < 0.0) {
+                let share = side[a] / (side[a] - side[b]);
+                ends.push([along[a] + share * (along[b] - along[a]), value[a] + share * (value[b] - value[a])]);
+            }
+        }
+        if let [a, b] = ends[..] {
+            pieces.push(if a[0] <= b[0] { [a, b] } else { [b, a] });
+        }
+    }
+    pieces.sort_by(|a, b| a[0][0].total_cmp(&b[0][0]));
+    let mut points: Vec<ProfilePoint> = places
+        .iter()
+        .enumerate()
+        .filter(|(_, place)| place.1.abs() <= line.half_band_mm)
+        .filter_map(|(vertex, place)| {
+            let (value, error) = value_and_error(vertex)?;
+            Some(ProfilePoint { vertex, at_mm: place.0, value, error })
+        })
+        .collect();
+    points.sort_by(|a, b| a.at_mm.total_cmp(&b.at_mm));
+    Section { pieces, points }
+}
+
+fn corner_values(t: [usize; 3], of: impl Fn(usize) -> Option<f64>) -> Option<[f64; 3]> {
+    Some([of(t[0])?, of(t[1])?, of(t[2])?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A 5 × 5 grid, 10 mm apart, whose value is 3 + 0.2 x − 0.1 y: linear, so the cut is exact.
+    fn grid() -> (Mesh, impl Fn(usize) -> Option<(f64, Option<f64>)>) {
+        let p: Vec<_> = (0..25).map(|k| Point3::new(f64::from(k % 5) * 10.0, f64::from(k / 5) * 10.0, 7.0)).collect();
+        let values: Vec<f64> = p.iter().map(|p| 3.0 + 0.2 * p.x - 0.1 * p.y).collect();
+        let t = (0..16)
+            .flat_map(|k| {
+                let i = k / 4 * 5 + k % 4;
+                [[i, i + 1, i + 6], [i, i + 6, i + 5]]
+            })
+            .collect();
+        (Mesh::new(p, t).unwrap(), move |v: usize| (v != 24).then(|| (values[v], Some(0.01))))
+    }
+
+    #[test]
+    fn the_cut_of_a_plane_is_that_plane() {
+        let (mesh, values) = grid();
+        let line = Line::between(&Point3::new(3.0, 2.0, 0.0), &Point3::new(33.0, 28.0, 0.0), 4.0).unwrap();
+        let cut = section(&mesh, mesh.positions(), &values, &line);
+        assert!(cut.pieces.len() > 8);
+        for [at, value] in cut.pieces.iter().flatten() {
+            let p = line.origin + line.along * *at;
+            assert!((value - (3.0 + 0.2 * p.x - 0.1 * p.y)).abs() < 1e-9);
+        }
+        // Pieces join without a gap.
+        for pair in cut.pieces.windows(2) {
+            assert!((pair[0][1][0] - pair[1][0][0]).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn an_unknown_vertex_leaves_a_gap_and_no_point() {
+        let (mesh, values) = grid();
+        // Vertex 24 (40, 40) is unknown: the last square has no triangle left.
+        let line = Line::lateral(&Point3::new(0.0, 35.0, 0.0), 6.0);
+        let cut = section(&mesh, mesh.positions(), &values, &line);
+        let most = cut.pieces.iter().map(|p| p[1][0]).fold(0.0, f64::max);
+        assert!((most - 30.0).abs() < 1e-9, "ends at x = 30 mm, not at {most}");
+        let vertices: Vec<usize> = cut.points.iter().map(|p| p.vertex).collect();
+        assert_eq!(vertices.len(), 9, "rows y = 30 and 40, less the unknown one");
+        assert!(!vertices.contains(&24) && cut.points.is_sorted_by(|a, b| a.at_mm <= b.at_mm));
+    }
+
+    #[test]
+    fn coordinates_are_those_of_the_face() {
+        let p = Point3::new(-12.0, 40.0, 3.0);
+        assert_eq!(Line::vertical(&p, 5.0).place(&p), (40.0, 0.0));
+        assert_eq!(Line::lateral(&p, 5.0).place(&p), (-12.0, 0.0));
+        assert!(Line::between(&p, &Point3::new(-12.0, 40.0, 90.0), 5.0).is_none());
+    }
+}

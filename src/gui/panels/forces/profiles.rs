@@ -1,0 +1,114 @@
+//! The two profiles under the map: one up the face or along a muscle's fibre, one across it.
+
+use egui::{Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+
+use super::chart::{self, Chart};
+use super::profile::{Line, Section, section};
+use super::{ForcesView, canvas, select};
+use crate::gui::height_map::ink::Inks;
+use crate::gui::height_map::quantity::muscle_name;
+use crate::gui::height_map::range::{range_of, round_up};
+use crate::gui::height_map::{Layer, RangeMode};
+use crate::gui::{Command, Focus, Scene};
+
+/// Shows both charts side by side.
+pub fn show(
+    ui: &mut Ui,
+    scene: Scene<'_>,
+    view: &mut ForcesView,
+    layer: &Layer,
+    selected: Option<usize>,
+    focus: &mut Focus,
+    commands: &mut Vec<Command>,
+) {
+    let through = selected.or_else(|| scene.outcome.field.peak(&scene.outcome.states).map(|(v, _)| v));
+    ui.horizontal(|ui| {
+        ui.weak(match (selected, through) {
+            (Some(v), _) => format!("through vertex {v}"),
+            (None, Some(v)) => format!("through the peak, vertex {v}; select another to move the lines"),
+            (None, None) => "no vertex is measured".to_owned(),
+        });
+        ui.separator();
+        ui.selectable_value(&mut view.profile_along_fibre, false, "Vertical");
+        let fibre = view.options.muscle.and_then(|m| scene.face.muscles().get(m));
+        let words = fibre.map_or_else(|| "Along a fibre".to_owned(), |m| format!("Along {}", muscle_name(m)));
+        let hint = "From the muscle's attachment to its insertion; the muscle is chosen on the right of it";
+        ui.selectable_value(&mut view.profile_along_fibre, true, words).on_hover_text(hint);
+        muscle_chooser(ui, scene, view);
+        ui.weak("points: vertices in the band, ± one standard error; line: the surface cut");
+    });
+    let Some(v) = through.filter(|v| *v < scene.outcome.first.len()) else { return };
+    let at = scene.outcome.first[v];
+    let band = 0.5 * scene.face.mesh().mean_edge_length();
+    let fibre = view.options.muscle.and_then(|m| scene.face.muscles().get(m)).and_then(|muscle| {
+        let first = &scene.outcome.first;
+        let ends = (first.get(muscle.attachment as usize)?, first.get(muscle.insertion as usize)?);
+        Line::between(ends.0, ends.1, muscle.half_width_mm)
+    });
+    let (upper, upper_title, upper_axis) = match fibre.filter(|_| view.profile_along_fibre) {
+        Some(line) => (line, "Along the fibre".to_owned(), "from attachment towards insertion, mm"),
+        None => (Line::vertical(&at, band), format!("Vertical, x = {:.0} mm", at.x).replace('-', "−"), "y, mm"),
+    };
+    let lateral_title = format!("Lateral, y = {:.0} mm", at.y).replace('-', "−");
+    let cut = |line: &Line| section(scene.face.mesh(), &scene.outcome.first, &|v| layer.value_and_error(v), line);
+    let sections = [cut(&upper), cut(&Line::lateral(&at, band))];
+    let titles = [(upper_title, upper_axis), (lateral_title, "x, mm")];
+
+    let rect = ui.available_rect_before_wrap();
+    let inks = Inks::new(ui.visuals());
+    let response = ui.allocate_rect(rect, Sense::click());
+    let pointer = ui.input(|i| i.pointer.hover_pos()).filter(|p| rect.contains(*p));
+    let painter = ui.painter_at(rect);
+    painter.rect_filled(rect, 4.0, inks.canvas);
+    let range = range_of(if view.options.range == RangeMode::InView { RangeMode::Auto } else { view.options.range }, layer, &|_| true);
+    let palette = view.options.palette(layer, range);
+    let values = limits(&sections, layer.signed);
+    let up = canvas::title_of(layer);
+    let lit = [selected, focus.hovered().map(|v| v as usize)];
+    let half = (rect.width() / 2.0).floor();
+    for (k, (section, (title, across))) in sections.iter().zip(&titles).enumerate() {
+        let part = Rect::from_min_size(pos2(rect.left() + half * k as f32, rect.top()), vec2(half, rect.height()));
+        let chart = Chart { title, across, up: &up, section, values, colour: &|v| palette.colour(v), lit };
+        if let Some(v) = chart::draw(&painter, part, &chart, pointer, &inks) {
+            focus.hover(v as u32);
+            if response.clicked() {
+                select(commands, v);
+            }
+        }
+    }
+    let words = format!("Profiles, {} and {}", titles[0].0, titles[1].0);
+    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, &words));
+}
+
+fn muscle_chooser(ui: &mut Ui, scene: Scene<'_>, view: &mut ForcesView) {
+    ui.menu_button("Muscle…", |ui| {
+        egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
+            for (m, muscle) in scene.face.muscles().iter().enumerate() {
+                if ui.selectable_label(view.options.muscle == Some(m), muscle_name(muscle)).clicked() {
+                    view.options.muscle = Some(m);
+                    view.profile_along_fibre = true;
+                    view.options.fibre = true;
+                }
+            }
+        });
+    });
+}
+
+/// Limits of the vertical axis that hold both charts with their error bars, so that they can be compared.
+fn limits(sections: &[Section; 2], signed: bool) -> [f64; 2] {
+    let reach = |p: &super::ProfilePoint| {
+        let error = p.error.unwrap_or(0.0);
+        [p.value - error, p.value + error]
+    };
+    let ends = sections.iter().flat_map(|s| {
+        s.points.iter().flat_map(reach).chain(s.pieces.iter().flatten().map(|p| p[1])).collect::<Vec<_>>()
+    });
+    let (low, high) = ends.filter(|v| v.is_finite()).fold((0.0_f64, 0.0_f64), |(a, b), v| (a.min(v), b.max(v)));
+    let (up, down) = (if high > 0.0 { round_up(high) } else { 0.0 }, if low < 0.0 { round_up(-low) } else { 0.0 });
+    match (up == 0.0 && down == 0.0, signed) {
+        (true, _) => [0.0, 1.0],
+        (false, true) => [-down, up],
+        // A magnitude is never negative; its bar may reach a little below zero.
+        (false, false) => [-down.min(0.25 * up), up],
+    }
+}
