@@ -54,7 +54,8 @@ fn face(columns: usize, rows: usize) -> FaceModel {
     }
     let near = |x: f64, y: f64| {
         let distance = |p: &Point3<f64>| (p.x - x).powi(2) + (p.y - y).powi(2);
-        (0..positions.len()).min_by(|a, b| distance(&positions[*a]).total_cmp(&distance(&positions[*b]))).unwrap() as u32
+        (0..positions.len()).min_by(|a, b| distance(&positions[*a]).total_cmp(&distance(&positions[*b]))).unwrap()
+            as u32
     };
     let muscle = |side, sign: f64| Muscle {
         id: format!("frontalis_medial_{}", if side == Side::Left { "left" } else { "right" }),
@@ -207,7 +208,8 @@ fn panel(ui: &mut egui::Ui, state: &mut State) {
 }
 
 fn harness(state: State, size: [f32; 2]) -> Harness<'static, State> {
-    Harness::builder().with_size(size).build_ui_state(panel, state)
+    // Sixty frames a second, so that two clicks can be a double click.
+    Harness::builder().with_size(size).with_step_dt(1.0 / 60.0).with_max_steps(60).build_ui_state(panel, state)
 }
 
 // ---------- what it looks like ----------
@@ -275,7 +277,6 @@ fn pictures_of_a_signed_component_with_everything_switched_on() {
         s.view.options.below_noise = true;
         s.view.options.noise_floor = true;
         s.view.options.fibre = true;
-        s.view.options.fit_known = true;
         s.view.profile_along_fibre = true;
         s.focus.selected = Some(PointId::FeatureLast(s.peak() as u32));
     };
@@ -286,6 +287,7 @@ fn pictures_of_a_signed_component_with_everything_switched_on() {
 fn pictures_of_the_table_and_of_arrows_on_the_face() {
     let arrows = |s: &mut State| {
         s.view.options.relief = Relief::FaceColoured;
+        s.view.options.fit_known = false;
         s.view.options.arrows = true;
         s.view.options.range = RangeMode::Locked(ColourRange::new(0.0, 0.2));
         s.view.look(StandardView::Front);
@@ -301,6 +303,32 @@ fn pictures_from_the_side_with_shells() {
         s.view.look(StandardView::Below);
     };
     picture("below_light", egui::Theme::Light, [1280.0, 760.0], 1.0, with(side));
+}
+
+/// Not a test of right and wrong: prints how long a frame takes at growing sizes. `cargo test --test forces_panel -- --ignored --nocapture`
+#[test]
+#[ignore = "prints times"]
+fn times_of_a_frame() {
+    for (columns, rows) in [(25, 33), (60, 84), (101, 130), (118, 160)] {
+        let state = State::new(columns, rows);
+        let (vertices, triangles) = (state.face.mesh().len(), state.face.mesh().triangles().len());
+        let mut harness = harness(state, [1280.0, 760.0]);
+        harness.run();
+        let mut times: Vec<f64> = (0..15)
+            .map(|k| {
+                harness.state_mut().view.orbit.orbit_by(Vec2::new(1.0, 0.0));
+                harness.hover_at(Pos2::new(400.0 + k as f32, 300.0));
+                let start = std::time::Instant::now();
+                harness.step();
+                start.elapsed().as_secs_f64() * 1e3
+            })
+            .collect();
+        times.sort_by(f64::total_cmp);
+        println!(
+            "{vertices} vertices, {triangles} triangles: median frame {:.1} ms without the graphics card",
+            times[7]
+        );
+    }
 }
 
 // ---------- what it answers ----------
@@ -319,8 +347,9 @@ fn a_click_on_a_drawn_vertex_selects_that_vertex() {
     let mut harness = harness(State::new(25, 33), [1280.0, 760.0]);
     harness.run();
     let peak = harness.state().peak();
-    let measured: Vec<usize> =
-        (0..harness.state().outcome.states.len()).filter(|&v| harness.state().outcome.states[v] == VertexState::Measured).collect();
+    let measured: Vec<usize> = (0..harness.state().outcome.states.len())
+        .filter(|&v| harness.state().outcome.states[v] == VertexState::Measured)
+        .collect();
     // The peak, and every ninth of the vertices that nothing hides from straight above.
     harness.state_mut().view.look(StandardView::Front);
     harness.run();
@@ -373,16 +402,18 @@ fn dragging_turns_and_the_wheel_zooms_and_a_double_click_resets() {
         unit: egui::MouseWheelUnit::Point,
         delta: Vec2::new(0.0, 120.0),
         phase: egui::TouchPhase::Move,
+        source: egui::MouseWheelSource::Unknown,
         modifiers: egui::Modifiers::NONE,
     });
     harness.run();
     assert!(harness.state().view.orbit.points_per_mm.unwrap() > before * 1.2);
 
     for _ in 0..2 {
-        harness.drag_at(middle);
-        harness.step();
-        harness.drop_at(middle);
-        harness.step();
+        for pressed in [true, false] {
+            let (button, modifiers) = (egui::PointerButton::Primary, egui::Modifiers::NONE);
+            harness.event(egui::Event::PointerButton { pos: middle, button, pressed, modifiers });
+            harness.step();
+        }
     }
     harness.run();
     assert_eq!(harness.state().view.orbit, OrbitView::default());
@@ -402,15 +433,15 @@ fn shift_drag_and_middle_drag_pan() {
         let at = place_of(&harness, v);
         let middle = canvas_of(&harness).center();
         let press = |pos, pressed| egui::Event::PointerButton { pos, button, pressed, modifiers };
-        harness.input_mut().modifiers = modifiers;
+        harness.event(egui::Event::ModifiersChanged(modifiers));
         harness.hover_at(middle);
         harness.step();
-        harness.event_modifiers(press(middle, true), modifiers);
+        harness.event(press(middle, true));
         harness.step();
-        harness.input_mut().modifiers = modifiers;
-        harness.event_modifiers(egui::Event::PointerMoved(middle + Vec2::new(-33.0, 12.0)), modifiers);
+        harness.hover_at(middle + Vec2::new(-33.0, 12.0));
         harness.step();
-        harness.event_modifiers(press(middle + Vec2::new(-33.0, 12.0), false), modifiers);
+        harness.event(press(middle + Vec2::new(-33.0, 12.0), false));
+        harness.event(egui::Event::ModifiersChanged(egui::Modifiers::NONE));
         harness.run();
         assert_eq!(angles(&harness), before, "{button:?} does not turn");
         let moved = place_of(&harness, v) - at;
@@ -477,7 +508,10 @@ fn keys_turn_the_map_only_while_it_has_the_focus() {
     assert!(harness.state_mut().view.act(Action::ZoomIn));
     harness.key_press(Key::ArrowLeft);
     harness.run();
-    assert!(harness.get_by_label_contains("Height map").accesskit_node().is_focused(), "arrows do not carry the focus away");
+    assert!(
+        harness.get_by_label_contains("Height map").accesskit_node().is_focused(),
+        "arrows do not carry the focus away"
+    );
 }
 
 #[test]

@@ -120,8 +120,7 @@ impl OrbitView {
         let span = high - low;
         let fitting = (f64::from(canvas.width()) / span.x.max(1e-6)).min(f64::from(canvas.height()) / span.y.max(1e-6));
         let points_per_mm = self.points_per_mm.unwrap_or(fitting).clamp(FEWEST_POINTS_PER_MM, MOST_POINTS_PER_MM);
-        let target_in_view =
-            self.target.map_or_else(|| (low + high) / 2.0, |target| view_from_face * target.coords);
+        let target_in_view = self.target.map_or_else(|| (low + high) / 2.0, |target| view_from_face * target.coords);
         Projection { view_from_face, target_in_view, points_per_mm, centre: canvas.center() }
     }
 
@@ -150,7 +149,8 @@ impl OrbitView {
         let before = projection.points_per_mm;
         let after = (before * factor).clamp(FEWEST_POINTS_PER_MM, MOST_POINTS_PER_MM);
         let from_centre = at - projection.centre;
-        let shift = Vector3::new(f64::from(from_centre.x), -f64::from(from_centre.y), 0.0) * (1.0 / before - 1.0 / after);
+        let shift =
+            Vector3::new(f64::from(from_centre.x), -f64::from(from_centre.y), 0.0) * (1.0 / before - 1.0 / after);
         self.points_per_mm = Some(after);
         self.target = self.target.map(|t| t + projection.view_from_face.transpose() * shift);
     }
@@ -194,7 +194,9 @@ mod tests {
     const CANVAS: Rect = Rect { min: Pos2::new(100.0, 50.0), max: Pos2::new(700.0, 450.0) };
 
     fn corners() -> impl Iterator<Item = Point3<f64>> + Clone {
-        [[-70.0, -90.0, 0.0], [70.0, -90.0, 0.0], [-70.0, 110.0, 0.0], [70.0, 110.0, 40.0]].into_iter().map(Point3::from)
+        [[-70.0, -90.0, 0.0], [70.0, -90.0, 0.0], [-70.0, 110.0, 0.0], [70.0, 110.0, 40.0]]
+            .into_iter()
+            .map(Point3::from)
     }
 
     #[test]

@@ -38,10 +38,16 @@ impl Ground {
             return Self { low: [-GRID_MM; 2], high: [GRID_MM; 2], z: 0.0 };
         }
         Self {
-            low: low.map(|c| ((c - 2.0) / GRID_MM).floor() * GRID_MM),
-            high: high.map(|c| ((c + 2.0) / GRID_MM).ceil() * GRID_MM),
+            low: low.map(|c| ((c - 4.0) / GRID_MM).floor() * GRID_MM),
+            high: high.map(|c| ((c + 4.0) / GRID_MM).ceil() * GRID_MM),
             z: if at_plane { 0.0 } else { (z / GRID_MM).floor() * GRID_MM },
         }
+    }
+
+    /// Whether a foot stands on it.
+    pub fn holds(&self, foot: &Point3<f64>) -> bool {
+        let within = |c: f64, k: usize| (self.low[k]..=self.high[k]).contains(&c);
+        within(foot.x, 0) && within(foot.y, 1)
     }
 
     /// Its corners, in order round it.
@@ -77,7 +83,8 @@ pub fn draw(painter: &Painter, projection: &Projection, ground: &Ground, height:
     for y in lines(y0, y1) {
         painter.line_segment([ui(x0, y, z), ui(x1, y, z)], thin);
     }
-    let middle = ground.corners().map(|c| projection.ui_from_face(&c).to_vec2()).iter().fold(Vec2::ZERO, |a, b| a + *b) / 4.0;
+    let middle =
+        ground.corners().map(|c| projection.ui_from_face(&c).to_vec2()).iter().fold(Vec2::ZERO, |a, b| a + *b) / 4.0;
     // Numbers stand along the edges nearest to the eye, where nothing covers them; seen from straight above, at the lower and left edge.
     let eye = projection.towards_eye_in_face();
     let near_y = if eye.y > 1e-6 { y1 } else { y0 };
@@ -108,7 +115,13 @@ fn plan_axis(painter: &Painter, inks: &Inks, middle: Vec2, title: &str, ticks: i
         }
     }
     let centre = first.1 + along / 2.0;
-    painter.text(centre + out * if out.x.abs() > out.y.abs() { 34.0 } else { 20.0 }, anchor(out), title, FontId::proportional(11.5), inks.text);
+    painter.text(
+        centre + out * if out.x.abs() > out.y.abs() { 34.0 } else { 20.0 },
+        anchor(out),
+        title,
+        FontId::proportional(11.5),
+        inks.text,
+    );
 }
 
 /// Across the axis, away from the middle of the ground.
@@ -133,7 +146,11 @@ fn height_axis(painter: &Painter, projection: &Projection, ground: &Ground, axis
     let Some(corner) = corners.iter().min_by(|a, b| {
         let (a, b) = (projection.ui_from_face(a), projection.ui_from_face(b));
         // At equal x (a view along an axis) the farther one, so that the numbers of the plan keep their place.
-        (a.x - b.x).abs().partial_cmp(&0.5).filter(|o| o.is_lt()).map_or_else(|| a.x.total_cmp(&b.x), |_| a.y.total_cmp(&b.y))
+        (a.x - b.x)
+            .abs()
+            .partial_cmp(&0.5)
+            .filter(|o| o.is_lt())
+            .map_or_else(|| a.x.total_cmp(&b.x), |_| a.y.total_cmp(&b.y))
     }) else {
         return;
     };
@@ -149,8 +166,8 @@ fn height_axis(painter: &Painter, projection: &Projection, ground: &Ground, axis
     for (k, &value) in axis.ticks.iter().enumerate() {
         let tick = at(value);
         painter.line_segment([tick, tick - vec2(4.0, 0.0)], Stroke::new(1.0, inks.axis));
-        // The lowest number would run into those of the plan.
-        if k % every == 0 && (k > 0 || value < 0.0) {
+        // Zero would run into the numbers of the plan.
+        if k % every == 0 && value != 0.0 {
             let text = significant(value, 2);
             painter.text(tick - vec2(6.0, 0.0), Align2::RIGHT_CENTER, text, FontId::proportional(10.5), inks.weak_text);
         }

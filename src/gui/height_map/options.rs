@@ -158,7 +158,7 @@ impl Default for MapOptions {
             arrows: false,
             fibre: false,
             axes: true,
-            fit_known: false,
+            fit_known: true,
         }
     }
 }

@@ -90,8 +90,7 @@ mod tests {
         let (mesh, values) = wall();
         let surface = Surface::new(&mesh, mesh.positions(), &values, 10.0, Relief::Plane);
         let canvas = Rect::from_min_max(pos2(0.0, 0.0), pos2(400.0, 800.0));
-        let projection =
-            OrbitView::standard(StandardView::Front).project_into(canvas, surface.extent(0..mesh.len()));
+        let projection = OrbitView::standard(StandardView::Front).project_into(canvas, surface.extent(0..mesh.len()));
         let projected = Projected::new(&surface, &projection);
         for v in 0..mesh.len() {
             let at = place(&projected, &values, v);

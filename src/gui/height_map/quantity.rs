@@ -64,7 +64,9 @@ impl Quantity {
             Self::Normal => "The force's component along the outward normal; negative presses on the skull",
             Self::StandardError => "Standard error of the force, propagated from the error of marking",
             Self::SignalToNoise => "How many standard errors the force is large; below 2 it is noise",
-            Self::DepthChange => "How far the force moves when the other depth rule is taken: what one camera cannot see",
+            Self::DepthChange => {
+                "How far the force moves when the other depth rule is taken: what one camera cannot see"
+            }
             Self::Displacement => "How far the skin moved from the first frame to the last, head motion removed",
         }
     }
@@ -90,6 +92,8 @@ pub enum Direction {
 pub struct Layer {
     /// "Force along frontalis medialis, left".
     pub title: String,
+    /// The same in a word or two, for axes: "Force".
+    pub short: &'static str,
     /// "N", "relative", "mm" or nothing.
     pub unit: &'static str,
     /// Whether values of both signs occur, so that colours are centred on zero.
@@ -149,6 +153,13 @@ impl Layer {
             (Quantity::StandardError, ..) => "Standard error of force".to_owned(),
             _ => quantity.label().to_owned(),
         };
+        let short = match quantity {
+            Quantity::StandardError => "±",
+            Quantity::SignalToNoise => "Force / ±",
+            Quantity::DepthChange => "Doubt",
+            Quantity::Displacement => "Displacement",
+            _ => "Force",
+        };
         let unit = match quantity {
             Quantity::SignalToNoise => "",
             Quantity::Displacement => "mm",
@@ -156,12 +167,18 @@ impl Layer {
         };
         Self {
             title,
+            short,
             unit,
             signed: quantity.is_signed(),
             values,
             sigma: is_force.then(|| field.sigma.clone()),
             sets_range,
         }
+    }
+
+    /// "Force, N".
+    pub fn axis_title(&self) -> String {
+        if self.unit.is_empty() { self.short.to_owned() } else { format!("{}, {}", self.short, self.unit) }
     }
 
     /// The value of a vertex with its standard error.

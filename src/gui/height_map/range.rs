@@ -103,6 +103,7 @@ mod tests {
     fn layer(signed: bool, values: &[Option<f64>]) -> Layer {
         Layer {
             title: String::new(),
+            short: "",
             unit: "N",
             signed,
             values: values.to_vec(),

@@ -7,6 +7,7 @@
 use egui::{Color32, Pos2};
 use nalgebra::{Point3, Vector3};
 
+use super::axes::Ground;
 use super::ink::{Ink, Inks};
 use super::options::{ErrorDisplay, MapOptions, noise_floor};
 use super::palette::Palette;
@@ -41,6 +42,8 @@ pub struct Scene<'a> {
     pub contour_levels: &'a [f64],
     /// mm of arrow per unit of force.
     pub arrow_mm_per_unit: f64,
+    /// The ground; unmeasured skin beyond it is left out.
+    pub ground: &'a Ground,
 }
 
 /// Vertices on the screen.
@@ -91,13 +94,14 @@ pub const NOISE_SIGMAS: f64 = 2.0;
 impl Scene<'_> {
     /// Paints everything into `ink`.
     pub fn paint(&self, projected: &Projected, ink: &mut Ink) {
+        let size = self.marker_size(projected);
         for key in self.sorted_parts(projected) {
             let index = (key & INDEX_MASK) as usize;
             match (key >> INDEX_BITS) & 3 {
                 0 => self.triangle(index, projected, ink),
                 1 => self.edge(index, projected, ink),
                 2 => self.cliff(index, projected, ink),
-                _ => self.vertex(index, projected, ink),
+                _ => self.vertex(index, size, projected, ink),
             }
         }
     }
@@ -145,12 +149,12 @@ impl Scene<'_> {
     }
 
     fn edges_are_long(&self, projected: &Projected) -> bool {
-        let edges = self.mesh.edges();
-        let step = (edges.len() / 200).max(1);
-        let (sum, count) = edges.iter().step_by(step).fold((0.0, 0), |(sum, count), &[a, b]| {
-            (sum + projected.base[a as usize].distance(projected.base[b as usize]), count + 1)
-        });
-        sum > SHORTEST_EDGE * count as f32
+        mean_distance(self.mesh.edges(), &projected.base) > SHORTEST_EDGE
+    }
+
+    /// Markers are as large as the mesh on the screen leaves room for: 1 where neighbours are 16 points apart.
+    fn marker_size(&self, projected: &Projected) -> f32 {
+        (mean_distance(self.mesh.edges(), &projected.base) / 16.0).clamp(0.45, 1.25)
     }
 
     /// Brightness of a surface with this normal, lit from the upper left of the screen.
@@ -167,6 +171,9 @@ impl Scene<'_> {
         let s = self.surface;
         let corners = self.mesh.triangles()[t].map(|v| v as usize);
         if !s.raised[t] {
+            if !self.on_ground(t as u32) {
+                return;
+            }
             let light = corners.map(|v| multiply(self.inks.unmeasured, self.light(&s.base_normals[v])));
             let fill = if s.relief == Relief::Plane { [self.inks.unmeasured; 3] } else { light };
             ink.triangle(corners.map(|v| projected.base[v]), fill);
@@ -196,9 +203,11 @@ impl Scene<'_> {
         if let (true, Some(sigma)) = (self.options.below_noise, sigma)
             && value.iter().zip(sigma).all(|(v, s)| v.abs() < NOISE_SIGMAS * s)
         {
+            // Light on the dark end of a magnitude's colours, dark on the pale middle of a signed value's.
+            let noise = if self.layer.signed { self.inks.wire.gamma_multiply(1.6) } else { self.inks.noise };
             let stripes = corners.map(|v| s.base[v].x - s.base[v].y);
             for level in levels_between(stripes, NOISE_HATCH_MM * std::f64::consts::SQRT_2) {
-                self.piece(top, level_piece(stripes, level), 0.9, self.inks.noise, ink);
+                self.piece(top, level_piece(stripes, level), 0.9, noise, ink);
             }
         }
         if self.options.contours {
@@ -280,9 +289,13 @@ impl Scene<'_> {
             let both = raised[0] && raised[1];
             let (width, colour) = if both { (0.8, self.inks.wire) } else { (1.3, self.inks.contour) };
             ink.line(projected.top[a], projected.top[b], width, colour);
-        } else {
+        } else if sides.iter().any(|&t| t != NONE && self.on_ground(t)) {
             ink.line(projected.base[a], projected.base[b], 0.8, self.inks.wire_flat);
         }
+    }
+
+    fn on_ground(&self, t: u32) -> bool {
+        self.mesh.triangles()[t as usize].iter().all(|&v| self.ground.holds(&self.surface.base[v as usize]))
     }
 
     fn cliff(&self, e: usize, projected: &Projected, ink: &mut Ink) {
@@ -293,7 +306,7 @@ impl Scene<'_> {
         ink.line(projected.base[a], projected.base[b], 1.0, self.inks.contour.gamma_multiply(0.5));
     }
 
-    fn vertex(&self, v: usize, projected: &Projected, ink: &mut Ink) {
+    fn vertex(&self, v: usize, size: f32, projected: &Projected, ink: &mut Ink) {
         let centre = projected.top[v];
         let Some((_, error)) = self.layer.value_and_error(v) else { return };
         let state = self.outcome.states.get(v).copied().unwrap_or_default();
@@ -318,33 +331,42 @@ impl Scene<'_> {
             ink.arrow(centre, head, 1.4, self.inks.arrow);
         }
         if self.options.markers {
-            self.marker(centre, state, border, ink);
+            self.marker(centre, size, state, border, ink);
         }
     }
 
     /// Told apart by shape: measured a dot, inferred a small ring, fixed a square; the border's have a dotted outline.
-    fn marker(&self, centre: Pos2, state: VertexState, border: bool, ink: &mut Ink) {
-        let (marker, halo) = (self.inks.marker, self.inks.halo);
+    fn marker(&self, centre: Pos2, size: f32, state: VertexState, border: bool, ink: &mut Ink) {
+        let (marker, halo) = (self.inks.marker, self.inks.halo.gamma_multiply(0.75));
         match state {
             VertexState::Measured => {
-                ink.disc(centre, 2.6, halo.gamma_multiply(0.85));
-                ink.disc(centre, 1.7, marker);
+                ink.disc(centre, 2.3 * size, halo);
+                ink.disc(centre, 1.6 * size, marker);
             }
             VertexState::Inferred => {
-                ink.ring(centre, 1.9, 2.2, halo.gamma_multiply(0.6), false);
-                ink.ring(centre, 1.9, 0.9, marker, false);
+                ink.ring(centre, 2.1 * size, 2.0 * size, halo, false);
+                ink.ring(centre, 2.1 * size, 0.9 * size, marker, false);
             }
             VertexState::Fixed => {
-                ink.square(centre, 3.0, halo.gamma_multiply(0.85));
-                ink.square(centre, 2.0, marker);
+                ink.square(centre, 2.8 * size, halo);
+                ink.square(centre, 2.0 * size, marker);
             }
             VertexState::Unmeasured => {}
         }
         if border {
-            ink.ring(centre, 4.8, 2.4, halo.gamma_multiply(0.7), true);
-            ink.ring(centre, 4.8, 1.2, marker, true);
+            ink.ring(centre, 4.6 * size, 2.2 * size, halo, true);
+            ink.ring(centre, 4.6 * size, 1.2 * size, marker, true);
         }
     }
+}
+
+/// Mean distance between the ends of some two hundred of the edges on the screen, points.
+fn mean_distance(edges: &[[u32; 2]], pixels: &[Pos2]) -> f32 {
+    let step = (edges.len() / 200).max(1);
+    let (sum, count) = edges.iter().step_by(step).fold((0.0, 0.0_f32), |(sum, count), &[a, b]| {
+        (sum + pixels[a as usize].distance(pixels[b as usize]), count + 1.0)
+    });
+    sum / count.max(1.0)
 }
 
 const INDEX_BITS: u32 = 30;

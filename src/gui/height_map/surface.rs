@@ -60,11 +60,8 @@ impl Surface {
         let base: Vec<_> = positions.iter().map(foot).collect();
         let lift = if relief == Relief::FaceColoured { 0.0 } else { mm_per_unit };
         let known = |v: u32| values.get(v as usize).copied().flatten();
-        let top: Vec<_> = base
-            .iter()
-            .zip(0..)
-            .map(|(p, v)| p + Vector3::new(0.0, 0.0, known(v).unwrap_or(0.0) * lift))
-            .collect();
+        let top: Vec<_> =
+            base.iter().zip(0..).map(|(p, v)| p + Vector3::new(0.0, 0.0, known(v).unwrap_or(0.0) * lift)).collect();
         let raised: Vec<bool> = mesh.triangles().iter().map(|t| t.iter().all(|&v| known(v).is_some())).collect();
         let is_raised = |t: u32| t != NONE && raised[t as usize];
         let rim = mesh
@@ -145,8 +142,7 @@ mod tests {
     /// Four unit triangles about a middle vertex 4; vertex 0 is not known.
     fn square() -> (Mesh, Vec<Option<f64>>) {
         let p = [[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [2.0, 2.0, 1.0], [0.0, 2.0, 1.0], [1.0, 1.0, 2.0]];
-        let mesh =
-            Mesh::new(p.map(Point3::from).to_vec(), vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]).unwrap();
+        let mesh = Mesh::new(p.map(Point3::from).to_vec(), vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]).unwrap();
         (mesh, vec![None, Some(1.0), Some(-2.0), Some(3.0), Some(0.5)])
     }
 

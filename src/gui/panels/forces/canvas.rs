@@ -1,21 +1,20 @@
 //! The canvas of the height map: draws it, turns it under the hand, and tells which vertex the pointer means.
 
 use egui::{Align2, Color32, FontId, Pos2, Rect, Role, Sense, Stroke, Vec2, WidgetInfo, pos2, vec2};
-use nalgebra::Point3;
 
 use super::{ForcesView, colour_bar, select, vertex_name};
+use crate::displacement::VertexState;
 use crate::draw::ticks::nice_ticks;
 use crate::gui::height_map::axes::{self, Ground, HeightAxis};
 use crate::gui::height_map::ink::{Ink, Inks};
 use crate::gui::height_map::options::{exaggeration_text, noise_floor, significant};
 use crate::gui::height_map::picking::{pick, place};
-use crate::gui::height_map::quantity::{Layer, Quantity};
+use crate::gui::height_map::quantity::Layer;
 use crate::gui::height_map::range::{RangeMode, range_of, round_down};
 use crate::gui::height_map::scene::{Projected, Scene as MapScene};
 use crate::gui::height_map::{Relief, Surface};
 use crate::gui::orbit_view::{OrbitView, Projection};
 use crate::gui::{Command, Focus, Scene};
-use crate::displacement::VertexState;
 
 /// Room round the map for numbers and titles: left, top, right (the colour bar), bottom.
 const MARGINS: [f32; 4] = [58.0, 44.0, 128.0, 54.0];
@@ -23,7 +22,7 @@ const MARGINS: [f32; 4] = [58.0, 44.0, 128.0, 54.0];
 const LONGEST_ARROW_MM: f64 = 25.0;
 
 /// Shows the map in the whole of `ui`.
-pub fn show(
+pub(super) fn show(
     ui: &mut egui::Ui,
     scene: Scene<'_>,
     view: &mut ForcesView,
@@ -36,10 +35,7 @@ pub fn show(
     let response = ui.allocate_rect(canvas, Sense::click_and_drag());
     let inks = Inks::new(ui.visuals());
     ui.painter().rect_filled(canvas, 0.0, inks.canvas);
-    let room = Rect::from_min_max(
-        canvas.min + vec2(MARGINS[0], MARGINS[1]),
-        canvas.max - vec2(MARGINS[2], MARGINS[3]),
-    );
+    let room = Rect::from_min_max(canvas.min + vec2(MARGINS[0], MARGINS[1]), canvas.max - vec2(MARGINS[2], MARGINS[3]));
     if room.width() < 40.0 || room.height() < 40.0 {
         return;
     }
@@ -67,9 +63,8 @@ pub fn show(
 
     // What the pointer means, told to every panel.
     let pointer = ui.input(|i| i.pointer.hover_pos()).filter(|_| response.container_contains_pointer());
-    let under_pointer = pointer
-        .filter(|_| !response.dragged())
-        .and_then(|at| pick(at, mesh, &surface, &projected, &layer.values));
+    let under_pointer =
+        pointer.filter(|_| !response.dragged()).and_then(|at| pick(at, mesh, &surface, &projected, &layer.values));
     if let Some(v) = under_pointer {
         focus.hover(v as u32);
     }
@@ -91,9 +86,10 @@ pub fn show(
 
     let painter = ui.painter_at(canvas);
     let title = title_of(layer);
+    let axis_title = layer.axis_title();
     if view.options.axes {
         let height = (view.options.relief != Relief::FaceColoured).then_some(HeightAxis {
-            title: &title,
+            title: &axis_title,
             ticks: &ticks,
             mm_per_unit,
         });
@@ -124,6 +120,7 @@ pub fn show(
         mm_per_unit,
         contour_levels: &ticks,
         arrow_mm_per_unit,
+        ground: &ground,
     }
     .paint(&drawn_projected, &mut ink);
     painter.add(egui::Shape::mesh(ink.into_mesh()));
@@ -143,12 +140,17 @@ pub fn show(
         tooltip(&painter, canvas, place(&projected, &layer.values, v), &vertex_name(scene, layer, v), &inks);
     }
     if response.has_focus() {
-        painter.rect_stroke(canvas.shrink(1.0), 0.0, Stroke::new(1.0, ui.visuals().selection.stroke.color.gamma_multiply(0.4)), egui::StrokeKind::Inside);
+        painter.rect_stroke(
+            canvas.shrink(1.0),
+            0.0,
+            Stroke::new(1.0, ui.visuals().selection.stroke.color.gamma_multiply(0.4)),
+            egui::StrokeKind::Inside,
+        );
     }
 }
 
 /// "Force, N".
-pub fn title_of(layer: &Layer) -> String {
+pub(super) fn title_of(layer: &Layer) -> String {
     if layer.unit.is_empty() { layer.title.clone() } else { format!("{}, {}", layer.title, layer.unit) }
 }
 
@@ -191,13 +193,19 @@ fn steer(
 ) -> Projection {
     let before = view.orbit;
     let (wheel, pinch, pan_key, delta) = ui.input(|i| {
-        (i.smooth_scroll_delta().y, i.zoom_delta(), i.modifiers.shift || i.key_down(egui::Key::Space), i.pointer.delta())
+        (
+            i.smooth_scroll_delta().y,
+            i.zoom_delta(),
+            i.modifiers.shift || i.key_down(egui::Key::Space),
+            i.pointer.delta(),
+        )
     });
     // The last motion and the release can come in one frame.
     let moved = response.dragged() || response.drag_stopped();
     let drag = if response.drag_delta() == Vec2::ZERO { delta } else { response.drag_delta() };
     if moved && drag != Vec2::ZERO {
-        let middle = response.dragged_by(egui::PointerButton::Middle) || response.drag_stopped_by(egui::PointerButton::Middle);
+        let middle =
+            response.dragged_by(egui::PointerButton::Middle) || response.drag_stopped_by(egui::PointerButton::Middle);
         if middle || pan_key {
             view.orbit.pan(&projection, drag);
         } else {
@@ -356,7 +364,7 @@ fn draw_sign(painter: &egui::Painter, at: Pos2, sign: Sign, inks: &Inks) {
 }
 
 /// Diagonal lines over a rectangle.
-pub fn hatch(painter: &egui::Painter, rect: Rect, colour: Color32, falling: bool) {
+pub(super) fn hatch(painter: &egui::Painter, rect: Rect, colour: Color32, falling: bool) {
     let clipped = painter.with_clip_rect(rect.intersect(painter.clip_rect()));
     let mut x = rect.left() - rect.height();
     while x < rect.right() {
@@ -398,20 +406,10 @@ fn vertex_nodes(
         if !canvas.contains(at) {
             continue;
         }
-        let node = ui.interact(Rect::from_center_size(at, Vec2::splat(6.0)), response.id.with(("vertex", v)), Sense::hover());
+        let node =
+            ui.interact(Rect::from_center_size(at, Vec2::splat(6.0)), response.id.with(("vertex", v)), Sense::hover());
         node.widget_info(|| {
             WidgetInfo::selected(Role::GraphicsSymbol, true, Some(v) == selected, vertex_name(scene, layer, v))
         });
     }
-}
-
-/// The quantities whose heights are forces.
-pub fn is_force(quantity: Quantity) -> bool {
-    matches!(quantity, Quantity::Magnitude | Quantity::Along | Quantity::Tangential | Quantity::Normal)
-}
-
-/// Middle of the known part of the face in the plan, mm, for lines that no vertex decides.
-pub fn middle_of_known(scene: Scene<'_>, layer: &Layer) -> Option<Point3<f64>> {
-    let known: Vec<_> = (0..layer.values.len()).filter(|&v| layer.values[v].is_some()).map(|v| scene.outcome.first[v].coords).collect();
-    (!known.is_empty()).then(|| Point3::from(known.iter().sum::<nalgebra::Vector3<f64>>() / known.len() as f64))
 }

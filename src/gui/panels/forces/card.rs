@@ -8,7 +8,7 @@ use crate::gui::height_map::options::{significant, with_error};
 use crate::gui::height_map::quantity::{fibre_direction, muscle_at, muscle_name};
 
 /// Shows the card of a vertex, or how to get one.
-pub fn show(ui: &mut Ui, scene: Scene<'_>, layer: &Layer, vertex: Option<usize>) {
+pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, layer: &Layer, vertex: Option<usize>) {
     ui.add_space(6.0);
     let Some(v) = vertex.filter(|v| *v < scene.outcome.first.len()) else {
         ui.strong("No vertex chosen");
@@ -68,7 +68,7 @@ fn forces(ui: &mut Ui, scene: Scene<'_>, v: usize) {
         let verdict = if ratio < 2.0 { " (noise)" } else { "" };
         row(ui, "Force / ±", &format!("{}{verdict}", significant(ratio, 2)));
     }
-    let components = [("x, y, z", [force.x, force.y, force.z].map(|c| significant(c, 2)).join(", "))];
+    let components = [("Force x, y, z", [force.x, force.y, force.z].map(|c| significant(c, 2)).join(", "))];
     for (name, text) in components {
         row(ui, name, &format!("{text} {unit}"));
     }
@@ -94,7 +94,7 @@ fn geometry(ui: &mut Ui, scene: Scene<'_>, v: usize, known: bool) {
     if let (true, Some(last)) = (known, outcome.last.get(v)) {
         let moved = last - at;
         row(ui, "Displacement", &format!("{} mm", significant(moved.norm(), 3)));
-        row(ui, "x, y, z", &format!("{} mm", [moved.x, moved.y, moved.z].map(|c| significant(c, 2)).join(", ")));
+        row(ui, "Moved x, y, z", &format!("{} mm", [moved.x, moved.y, moved.z].map(|c| significant(c, 2)).join(", ")));
     }
     if let Some((low, high)) = strain_range(scene, v) {
         row(ui, "Strain of springs", &format!("{:+.1} to {:+.1} %", low * 100.0, high * 100.0).replace('-', "−"));

@@ -8,28 +8,34 @@ use crate::draw::ticks::{labels, nice_ticks};
 use crate::gui::height_map::ink::Inks;
 
 /// What a chart shows.
-pub struct Chart<'a> {
+pub(super) struct Chart<'a> {
     /// Above it.
-    pub title: &'a str,
+    pub(super) title: &'a str,
     /// Under the horizontal axis: "y, mm".
-    pub across: &'a str,
+    pub(super) across: &'a str,
     /// At the vertical axis: "Force, N".
-    pub up: &'a str,
+    pub(super) up: &'a str,
     /// The data.
-    pub section: &'a Section,
+    pub(super) section: &'a Section,
     /// Limits of the vertical axis.
-    pub values: [f64; 2],
+    pub(super) values: [f64; 2],
     /// Colour of a value.
-    pub colour: &'a dyn Fn(f64) -> Color32,
+    pub(super) colour: &'a dyn Fn(f64) -> Color32,
     /// Vertices lit up: selected and hovered.
-    pub lit: [Option<usize>; 2],
+    pub(super) lit: [Option<usize>; 2],
 }
 
 /// How near the pointer must come to a point, points.
 const REACH: f32 = 14.0;
 
 /// Draws the chart into `rect`; gives the vertex under the pointer and the places of the points.
-pub fn draw(painter: &Painter, rect: Rect, chart: &Chart<'_>, pointer: Option<Pos2>, inks: &Inks) -> Option<usize> {
+pub(super) fn draw(
+    painter: &Painter,
+    rect: Rect,
+    chart: &Chart<'_>,
+    pointer: Option<Pos2>,
+    inks: &Inks,
+) -> Option<usize> {
     let plot = Rect::from_min_max(rect.min + vec2(52.0, 22.0), rect.max - vec2(12.0, 34.0));
     painter.text(rect.min + vec2(52.0, 4.0), Align2::LEFT_TOP, chart.title, FontId::proportional(12.0), inks.text);
     if plot.width() < 40.0 || plot.height() < 30.0 {
@@ -38,7 +44,13 @@ pub fn draw(painter: &Painter, rect: Rect, chart: &Chart<'_>, pointer: Option<Po
     let Some([from, to]) = span(chart.section) else {
         painter.rect_filled(plot, 0.0, inks.unmeasured);
         hatch(painter, plot, inks.hatch, false);
-        painter.text(plot.center(), Align2::CENTER_CENTER, "nothing measured on this line", FontId::proportional(12.0), inks.text);
+        painter.text(
+            plot.center(),
+            Align2::CENTER_CENTER,
+            "nothing measured on this line",
+            FontId::proportional(12.0),
+            inks.text,
+        );
         return None;
     };
     let [low, high] = chart.values;
@@ -108,7 +120,13 @@ fn frame(
     painter.line_segment([plot.left_top(), plot.left_bottom()], Stroke::new(1.0, inks.axis));
     painter.line_segment([plot.left_bottom(), plot.right_bottom()], Stroke::new(1.0, inks.axis));
     let title = FontId::proportional(11.0);
-    painter.text(pos2(plot.center().x, plot.bottom() + 18.0), Align2::CENTER_TOP, chart.across, title.clone(), inks.text);
+    painter.text(
+        pos2(plot.center().x, plot.bottom() + 18.0),
+        Align2::CENTER_TOP,
+        chart.across,
+        title.clone(),
+        inks.text,
+    );
     // Reads upwards beside the axis.
     let galley = painter.layout_no_wrap(chart.up.to_owned(), title, inks.text);
     let at = pos2(plot.left() - 46.0, plot.center().y + galley.size().x / 2.0);

@@ -10,10 +10,10 @@ use crate::gui::height_map::{ColourCurve, Layer, Palette, RangeMode};
 const WIDTH: f32 = 16.0;
 
 /// Draws the bar at the right side of the canvas.
-pub fn show(painter: &Painter, canvas: Rect, layer: &Layer, palette: &Palette, mode: RangeMode, inks: &Inks) {
+pub(super) fn show(painter: &Painter, canvas: Rect, layer: &Layer, palette: &Palette, mode: RangeMode, inks: &Inks) {
     let height = (canvas.height() - 150.0).clamp(60.0, 420.0);
     let left = canvas.right() - 84.0;
-    let top = canvas.top() + 62.0;
+    let top = canvas.top() + 66.0;
     let bar = Rect::from_min_size(pos2(left, top), vec2(WIDTH, height));
     gradient(painter, bar, palette);
     let (below, above) = palette.range.clipped(&layer.values);
@@ -23,9 +23,14 @@ pub fn show(painter: &Painter, canvas: Rect, layer: &Layer, palette: &Palette, m
     numbers(painter, bar, palette, inks);
 
     let small = FontId::proportional(11.0);
-    let unit = if layer.unit.is_empty() { "(no unit)" } else { layer.unit };
     let head = bar.top() - if above > 0 { 14.0 } else { 6.0 };
-    painter.text(pos2(bar.center().x, head), Align2::CENTER_BOTTOM, unit, FontId::proportional(12.5), inks.text);
+    painter.text(
+        pos2(bar.center().x, head),
+        Align2::CENTER_BOTTOM,
+        layer.axis_title(),
+        FontId::proportional(12.5),
+        inks.text,
+    );
     let note = |y: f32, text: String| {
         painter.text(pos2(canvas.right() - 14.0, y), Align2::RIGHT_TOP, text, small.clone(), inks.weak_text);
     };

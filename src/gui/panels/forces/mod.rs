@@ -100,7 +100,9 @@ pub fn vertex_name(scene: Scene<'_>, layer: &Layer, vertex: usize) -> String {
     use crate::gui::height_map::options::with_error;
     let state = scene.outcome.states.get(vertex).copied().unwrap_or_default().word();
     match layer.value_and_error(vertex) {
-        Some((value, error)) if layer.unit.is_empty() => format!("vertex {vertex}, {}, {state}", with_error(value, error)),
+        Some((value, error)) if layer.unit.is_empty() => {
+            format!("vertex {vertex}, {}, {state}", with_error(value, error))
+        }
         Some((value, error)) => format!("vertex {vertex}, {} {}, {state}", with_error(value, error), layer.unit),
         None => format!("vertex {vertex}, {state}"),
     }
@@ -127,11 +129,11 @@ pub fn show(
             summary::show(ui, scene, &layer, focus, commands);
         });
     });
-    egui::Panel::bottom("forces charts").resizable(true).default_size(216.0).min_size(120.0).show(ui, |ui| {
-        match view.tab {
-            Tab::Profiles => profiles::show(ui, scene, view, &layer, selected, focus, commands),
-            Tab::Table => table::show(ui, scene, view, selected, focus, commands),
-        }
+    egui::Panel::bottom("forces charts").resizable(true).default_size(216.0).min_size(120.0).show(ui, |ui| match view
+        .tab
+    {
+        Tab::Profiles => profiles::show(ui, scene, view, &layer, selected, focus, commands),
+        Tab::Table => table::show(ui, scene, view, selected, focus, commands),
     });
     egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
         canvas::show(ui, scene, view, &layer, selected, focus, commands);

@@ -4,7 +4,7 @@ use egui::{Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
 use super::chart::{self, Chart};
 use super::profile::{Line, Section, section};
-use super::{ForcesView, canvas, select};
+use super::{ForcesView, select};
 use crate::gui::height_map::ink::Inks;
 use crate::gui::height_map::quantity::muscle_name;
 use crate::gui::height_map::range::{range_of, round_up};
@@ -12,7 +12,7 @@ use crate::gui::height_map::{Layer, RangeMode};
 use crate::gui::{Command, Focus, Scene};
 
 /// Shows both charts side by side.
-pub fn show(
+pub(super) fn show(
     ui: &mut Ui,
     scene: Scene<'_>,
     view: &mut ForcesView,
@@ -22,10 +22,10 @@ pub fn show(
     commands: &mut Vec<Command>,
 ) {
     let through = selected.or_else(|| scene.outcome.field.peak(&scene.outcome.states).map(|(v, _)| v));
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.weak(match (selected, through) {
             (Some(v), _) => format!("through vertex {v}"),
-            (None, Some(v)) => format!("through the peak, vertex {v}; select another to move the lines"),
+            (None, Some(v)) => format!("through the peak, vertex {v}"),
             (None, None) => "no vertex is measured".to_owned(),
         });
         ui.separator();
@@ -35,8 +35,9 @@ pub fn show(
         let hint = "From the muscle's attachment to its insertion; the muscle is chosen on the right of it";
         ui.selectable_value(&mut view.profile_along_fibre, true, words).on_hover_text(hint);
         muscle_chooser(ui, scene, view);
-        ui.weak("points: vertices in the band, ± one standard error; line: the surface cut");
-    });
+    })
+    .response
+    .on_hover_text("Points are vertices near the line, with ± one standard error; the line is the surface, cut");
     let Some(v) = through.filter(|v| *v < scene.outcome.first.len()) else { return };
     let at = scene.outcome.first[v];
     let band = 0.5 * scene.face.mesh().mean_edge_length();
@@ -60,10 +61,14 @@ pub fn show(
     let pointer = ui.input(|i| i.pointer.hover_pos()).filter(|p| rect.contains(*p));
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 4.0, inks.canvas);
-    let range = range_of(if view.options.range == RangeMode::InView { RangeMode::Auto } else { view.options.range }, layer, &|_| true);
+    let range = range_of(
+        if view.options.range == RangeMode::InView { RangeMode::Auto } else { view.options.range },
+        layer,
+        &|_| true,
+    );
     let palette = view.options.palette(layer, range);
     let values = limits(&sections, layer.signed);
-    let up = canvas::title_of(layer);
+    let up = layer.axis_title();
     let lit = [selected, focus.hovered().map(|v| v as usize)];
     let half = (rect.width() / 2.0).floor();
     for (k, (section, (title, across))) in sections.iter().zip(&titles).enumerate() {

@@ -10,7 +10,7 @@ use crate::gui::height_map::quantity::{muscle_at, muscle_name};
 use crate::gui::{Command, Focus, Scene};
 
 /// Shows the lines.
-pub fn show(ui: &mut Ui, scene: Scene<'_>, _layer: &Layer, focus: &mut Focus, commands: &mut Vec<Command>) {
+pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, _layer: &Layer, focus: &mut Focus, commands: &mut Vec<Command>) {
     let outcome = scene.outcome;
     let unit = outcome.unit();
     let peak = outcome.field.peak(&outcome.states);
@@ -61,7 +61,8 @@ pub fn show(ui: &mut Ui, scene: Scene<'_>, _layer: &Layer, focus: &mut Focus, co
     // Rounding adds up over the springs; a thousandth of a millionth of the largest force is far above it.
     let holds = sum <= 1e-9 * largest.max(f64::MIN_POSITIVE) || sum == 0.0;
     let verdict = if holds { "holds" } else { "is broken" };
-    let text = format!("Sum of internal forces {sum:.1e} {unit}, largest force {} {unit}: {verdict}", significant(largest, 3));
+    let text =
+        format!("Sum of internal forces {sum:.1e} {unit}, largest force {} {unit}: {verdict}", significant(largest, 3));
     if holds {
         ui.label(text.replace("e-", "e−"));
     } else {
@@ -69,7 +70,7 @@ pub fn show(ui: &mut Ui, scene: Scene<'_>, _layer: &Layer, focus: &mut Focus, co
     }
     if !outcome.warnings.is_empty() {
         ui.separator();
-        ui.strong("Heed");
+        ui.strong("Warnings");
         for warning in &outcome.warnings {
             ui.colored_label(ui.visuals().warn_fg_color, warning.to_string());
         }

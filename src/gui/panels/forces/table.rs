@@ -110,13 +110,11 @@ fn number(scene: Scene<'_>, column: Column, v: usize) -> f64 {
 }
 
 /// Vertices with a force, in the order asked for; equal ones by their number. What is not a number comes last.
-pub fn sorted(scene: Scene<'_>, sorting: Sorting) -> Vec<usize> {
+pub(super) fn sorted(scene: Scene<'_>, sorting: Sorting) -> Vec<usize> {
     let outcome = scene.outcome;
     let count = outcome.states.len().min(outcome.first.len()).min(outcome.last.len());
-    let mut rows: Vec<(f64, usize)> = (0..count)
-        .filter(|&v| outcome.states[v].is_known())
-        .map(|v| (number(scene, sorting.by, v), v))
-        .collect();
+    let mut rows: Vec<(f64, usize)> =
+        (0..count).filter(|&v| outcome.states[v].is_known()).map(|v| (number(scene, sorting.by, v), v)).collect();
     rows.sort_by(|a, b| {
         let order = if sorting.descending { b.0.total_cmp(&a.0) } else { a.0.total_cmp(&b.0) };
         a.0.is_nan().cmp(&b.0.is_nan()).then(order).then(a.1.cmp(&b.1))
@@ -131,16 +129,14 @@ fn text(scene: Scene<'_>, column: Column, v: usize) -> String {
             let border = scene.outcome.border.get(v).copied().unwrap_or(false);
             format!("{}{}", scene.outcome.states[v].word(), if border { ", border" } else { "" })
         }
-        Column::X | Column::Y | Column::Displacement => {
-            format!("{:.1}", number(scene, column, v)).replace('-', "−")
-        }
+        Column::X | Column::Y | Column::Displacement => format!("{:.1}", number(scene, column, v)).replace('-', "−"),
         Column::Error | Column::Ratio => significant(number(scene, column, v), 2),
         _ => significant(number(scene, column, v), 3),
     }
 }
 
 /// Shows the table.
-pub fn show(
+pub(super) fn show(
     ui: &mut Ui,
     scene: Scene<'_>,
     view: &mut ForcesView,
@@ -175,24 +171,34 @@ pub fn show(
 
 fn head(ui: &mut Ui, column: Column, unit: &str, sorting: &mut Sorting) {
     let chosen = sorting.by == column;
-    let arrow = match (chosen, sorting.descending) {
-        (true, true) => " ⏷",
-        (true, false) => " ⏶",
-        _ => "",
+    let layout = if column == Column::State {
+        Layout::left_to_right(Align::Center)
+    } else {
+        Layout::right_to_left(Align::Center)
     };
-    let words = format!("{}{arrow}", column.title(unit));
-    let layout = if column == Column::State { Layout::left_to_right(Align::Center) } else { Layout::right_to_left(Align::Center) };
     ui.allocate_ui_with_layout(vec2(column.width(), 20.0), layout, |ui| {
         ui.set_min_width(column.width());
         if column == Column::State {
             ui.add_space(14.0);
         }
-        let button = ui.add(egui::Button::new(words).frame(false)).on_hover_text("Sort by this column");
+        let button = ui.add(egui::Button::new(column.title(unit)).frame(false)).on_hover_text("Sort by this column");
+        if chosen {
+            direction_sign(ui, button.rect, sorting.descending);
+        }
         if button.clicked() {
-            let descending = if chosen { !sorting.descending } else { !matches!(column, Column::Vertex | Column::State) };
+            let descending =
+                if chosen { !sorting.descending } else { !matches!(column, Column::Vertex | Column::State) };
             *sorting = Sorting { by: column, descending };
         }
     });
+}
+
+/// A small triangle under the title: pointing down where the largest is first.
+fn direction_sign(ui: &Ui, title: egui::Rect, descending: bool) {
+    let at = egui::pos2(title.center().x, title.bottom() + 1.0);
+    let (foot, tip) = if descending { (-1.5, 2.5) } else { (2.5, -1.5) };
+    let corners = vec![at + vec2(-4.0, foot), at + vec2(4.0, foot), at + vec2(0.0, tip)];
+    ui.painter().add(egui::Shape::convex_polygon(corners, ui.visuals().hyperlink_color, egui::Stroke::NONE));
 }
 
 fn row(

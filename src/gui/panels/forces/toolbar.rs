@@ -13,7 +13,7 @@ use crate::gui::height_map::{
 use crate::gui::orbit_view::StandardView;
 
 /// Shows the row; it wraps where the window is narrow.
-pub fn show(ui: &mut Ui, scene: Scene<'_>, view: &mut ForcesView, layer: &Layer) {
+pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, view: &mut ForcesView, layer: &Layer) {
     ui.add_space(3.0);
     ui.horizontal_wrapped(|ui| {
         quantity(ui, scene, &mut view.options);
@@ -29,7 +29,7 @@ pub fn show(ui: &mut Ui, scene: Scene<'_>, view: &mut ForcesView, layer: &Layer)
         ui.separator();
         exaggeration(ui, &mut view.options, layer);
         ui.separator();
-        ui.menu_button("Show ⏷", |ui| switches(ui, &mut view.options));
+        ui.menu_button("Show…", |ui| switches(ui, &mut view.options));
         ui.separator();
         ui.selectable_value(&mut view.tab, Tab::Profiles, "Profiles");
         ui.selectable_value(&mut view.tab, Tab::Table, "Table");
@@ -38,11 +38,12 @@ pub fn show(ui: &mut Ui, scene: Scene<'_>, view: &mut ForcesView, layer: &Layer)
 }
 
 fn quantity(ui: &mut Ui, scene: Scene<'_>, options: &mut MapOptions) {
-    let shown = ComboBox::from_id_salt("quantity").width(150.0).selected_text(options.quantity.label()).show_ui(ui, |ui| {
-        for quantity in Quantity::ALL {
-            ui.selectable_value(&mut options.quantity, quantity, quantity.label()).on_hover_text(quantity.hint());
-        }
-    });
+    let shown =
+        ComboBox::from_id_salt("quantity").width(150.0).selected_text(options.quantity.label()).show_ui(ui, |ui| {
+            for quantity in Quantity::ALL {
+                ui.selectable_value(&mut options.quantity, quantity, quantity.label()).on_hover_text(quantity.hint());
+            }
+        });
     name(&shown.response, "Quantity", options.quantity.label());
     shown.response.on_hover_text(options.quantity.hint());
     let muscle = options.muscle.and_then(|m| scene.face.muscles().get(m));
