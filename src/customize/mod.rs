@@ -195,7 +195,7 @@ fn check(mesh: &Mesh, targets: &[LandmarkTarget], settings: &CustomizeSettings) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::forces::patches::Noise;
+    use crate::face::patches::Noise;
     use proptest::prelude::*;
 
     fn camera() -> Camera {

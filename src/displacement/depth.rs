@@ -118,6 +118,7 @@ fn nearest_hit(ray: &Ray, mesh: &Mesh, positions: &[Point3<f64>]) -> Option<u32>
 mod tests {
     use super::*;
     use crate::camera::Camera;
+    use crate::face::patches::right_angled;
     use nalgebra::{Point2, Vector2};
 
     fn camera() -> Camera {
@@ -126,23 +127,12 @@ mod tests {
 
     /// A dome z = −r²/100 over a 9 × 9 grid of pitch 5 mm.
     fn dome() -> Mesh {
-        let n = 9;
-        let at = |i: usize| (i as f64 - 4.0) * 5.0;
-        let positions = (0..n * n)
-            .map(|i| {
-                let (x, y) = (at(i % n), at(i / n));
-                Point3::new(x, y, -(x * x + y * y) / 100.0)
-            })
-            .collect();
-        let mut triangles = Vec::new();
-        for r in 0..n - 1 {
-            for c in 0..n - 1 {
-                let i = (r * n + c) as u32;
-                let up = i + n as u32;
-                triangles.extend([[i, i + 1, up + 1], [i, up + 1, up]]);
-            }
-        }
-        Mesh::new(positions, triangles).unwrap()
+        let flat = right_angled(9, 9, 5.0, 5.0);
+        let bend = |p: &Point3<f64>| {
+            let (x, y) = (p.x - 20.0, p.y - 20.0);
+            Point3::new(x, y, -(x * x + y * y) / 100.0)
+        };
+        flat.with_positions(flat.positions().iter().map(bend).collect()).unwrap()
     }
 
     #[test]

@@ -234,21 +234,13 @@ pub fn predict(mesh: &Mesh, positions: &[Point3<f64>], states: &[VertexState]) -
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::face::patches::right_angled;
 
     /// A flat 11 × 11 sheet, sheared so that no triangle is right-angled.
     fn sheet() -> Mesh {
-        let n = 11;
-        let positions =
-            (0..n * n).map(|i| Point3::new((i % n) as f64 + 0.3 * (i / n) as f64, (i / n) as f64, 0.0)).collect();
-        let mut triangles = Vec::new();
-        for r in 0..n - 1 {
-            for c in 0..n - 1 {
-                let i = (r * n + c) as u32;
-                let up = i + n as u32;
-                triangles.extend([[i, i + 1, up], [i + 1, up + 1, up]]);
-            }
-        }
-        Mesh::new(positions, triangles).unwrap()
+        let flat = right_angled(11, 11, 1.0, 1.0);
+        let shear = |p: &Point3<f64>| Point3::new(p.x - 0.7 * p.y, p.y, 0.0);
+        flat.with_positions(flat.positions().iter().map(shear).collect()).unwrap()
     }
 
     #[test]

@@ -7,6 +7,8 @@ pub mod import;
 pub mod landmark;
 pub mod mesh;
 pub mod muscle;
+#[cfg(test)]
+pub(crate) mod patches;
 
 pub use generic::generic;
 pub use landmark::Landmark;

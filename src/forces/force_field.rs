@@ -243,8 +243,8 @@ pub fn split(forces: &[Vector3<f64>], normals: &[Vector3<f64>]) -> (Vec<Vector3<
 mod tests {
     use super::*;
     use crate::face::Mesh;
+    use crate::face::patches::{right_angled, shaken, triangular};
     use crate::forces::SpringRule;
-    use crate::forces::patches::{right_angled, shaken, triangular};
     use nalgebra::{Matrix3, Rotation3};
     use proptest::prelude::*;
 

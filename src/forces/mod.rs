@@ -1,8 +1,6 @@
 //! From displacement to force: springs between neighbours, and the muscle forces that balance them, F = −K X.
 
 pub mod force_field;
-#[cfg(test)]
-pub(crate) mod patches;
 pub mod springs;
 pub mod stiffness;
 pub mod uncertainty;

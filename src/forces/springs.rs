@@ -158,7 +158,7 @@ impl Springs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::forces::patches::triangular;
+    use crate::face::patches::triangular;
 
     /// An equilateral triangle of side 2: area √3; each edge has one triangle, so its strip is √3/2 wide.
     #[test]

@@ -86,7 +86,7 @@ impl Stiffness {
 mod tests {
     use super::*;
     use crate::face::Mesh;
-    use crate::forces::patches::{shaken, triangular};
+    use crate::face::patches::{shaken, triangular};
     use crate::forces::{SpringRule, muscle_forces};
     use proptest::prelude::*;
 

@@ -176,7 +176,7 @@ impl Gathered {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::forces::patches::{Noise, shaken, triangular};
+    use crate::face::patches::{Noise, shaken, triangular};
     use crate::forces::{SpringRule, muscle_forces};
     use nalgebra::{Vector2, Vector3, Vector6};
 

@@ -5,7 +5,8 @@ use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 use super::{Outcome, Warning, Workspace, solve};
 use crate::camera::{Camera, RigidMotion, Scale};
 use crate::displacement::{DepthRule, UnmarkedRule, VertexState};
-use crate::face::{FaceModel, FaceParts, Landmark, Mesh};
+use crate::face::patches::{Noise, right_angled};
+use crate::face::{FaceModel, FaceParts, Landmark};
 use crate::project::{Edit, Feature, Mark, PointId, Project, Role};
 
 const N: usize = 15;
@@ -16,21 +17,12 @@ const CAMERA: Camera =
 
 /// A dome z = −r²/200, 15 × 15 vertices at a pitch of 8 mm, with four corners and two eye corners for landmarks.
 fn face() -> FaceModel {
-    let at = |i: usize| (i as f64 - 7.0) * 8.0;
-    let positions: Vec<Point3<f64>> = (0..N * N)
-        .map(|i| {
-            let (x, y) = (at(i % N), at(i / N));
-            Point3::new(x, y, -(x * x + y * y) / 200.0)
-        })
-        .collect();
-    let mut triangles = Vec::new();
-    for r in 0..N - 1 {
-        for c in 0..N - 1 {
-            let i = (r * N + c) as u32;
-            let up = i + N as u32;
-            triangles.extend([[i, i + 1, up + 1], [i, up + 1, up]]);
-        }
-    }
+    let flat = right_angled(N, N, 8.0, 8.0);
+    let bend = |p: &Point3<f64>| {
+        let (x, y) = (p.x - 56.0, p.y - 56.0);
+        Point3::new(x, y, -(x * x + y * y) / 200.0)
+    };
+    let mesh = flat.with_positions(flat.positions().iter().map(bend).collect()).unwrap();
     let named = [("eye_inner_right", 7 * N + 5), ("eye_inner_left", 7 * N + 9)].into_iter();
     let corners = [("a", 0), ("b", N - 1), ("c", N * (N - 1)), ("d", N * N - 1)];
     let landmarks = named
@@ -38,11 +30,7 @@ fn face() -> FaceModel {
         .map(|(id, v)| Landmark { id: id.into(), name: id.into(), hint: String::new(), vertex: v as u32, mirror: None })
         .collect();
     let mirror = vec![None; N * N];
-    FaceModel::new(
-        Mesh::new(positions, triangles).unwrap(),
-        FaceParts { name: "dome".into(), landmarks, mirror, ..FaceParts::default() },
-    )
-    .unwrap()
+    FaceModel::new(mesh, FaceParts { name: "dome".into(), landmarks, mirror, ..FaceParts::default() }).unwrap()
 }
 
 /// The dome with every landmark marked at the truth and a true scale, so that customisation changes nothing.
@@ -182,13 +170,7 @@ fn the_standard_error_is_the_spread_of_repeated_marking() {
     mark_all(&mut p, &face, |v| v % 3 != 0 || v == 7 * N + 6);
     p.settings.marking_sigma_px = 0.05;
     let stated = run(&p, &face);
-    // Repeat the marking with Gaussian errors from a fixed sequence (Box–Muller on a linear congruential generator).
-    let mut seed = 12345_u64;
-    let mut uniform = move || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((seed >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
-    };
-    let mut gauss = move || (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos();
+    let mut noise = Noise(12345);
     let mut squares = vec![0.0; N * N];
     let mut workspace = Workspace::default();
     let draws = 600;
@@ -196,7 +178,7 @@ fn the_standard_error_is_the_spread_of_repeated_marking() {
         let mut q = p.clone();
         for f in q.features.values_mut() {
             let m = f.last.as_mut().unwrap();
-            m.at_px = [m.at_px[0] + 0.05 * gauss(), m.at_px[1] + 0.05 * gauss()];
+            m.at_px = [m.at_px[0] + 0.05 * noise.normal(), m.at_px[1] + 0.05 * noise.normal()];
         }
         let o = solve(&q, &face, SIZE, &mut workspace);
         for v in 0..N * N {

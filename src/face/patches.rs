@@ -1,8 +1,8 @@
-//! Meshes for the tests of this folder.
+//! Flat meshes and a stream of noise for tests.
 
 use nalgebra::{Point3, Vector3};
 
-use crate::face::Mesh;
+use super::Mesh;
 
 /// `columns` × `rows` vertices of a lattice of equilateral triangles of side `pitch`, flat, rows shifted alternately.
 pub(crate) fn triangular(columns: usize, rows: usize, pitch: f64) -> Mesh {
