@@ -174,7 +174,7 @@ fn surface(report: &mut Report, mesh: &Mesh) {
     if let Some(v) = unused {
         report.push(Severity::Failed, "a vertex belongs to no triangle".to_owned(), format!("vertex {v}"));
     }
-    let euler = n as i64 - mesh.edges().len() as i64 + mesh.triangles().len() as i64;
+    let euler = (n + mesh.triangles().len()).cast_signed() - mesh.edges().len().cast_signed();
     report.judge(
         pieces == 1,
         format!("{pieces} connected surface{}", if pieces == 1 { "" } else { "s" }),

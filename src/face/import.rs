@@ -59,12 +59,10 @@ pub fn read_obj(text: &str, mm_per_unit: f64) -> Result<Mesh, ObjError> {
 fn corner(word: &str, vertices: usize) -> Result<u32, String> {
     let number = word.split('/').next().and_then(|w| w.parse::<i64>().ok());
     let number = number.ok_or_else(|| format!("the corner is `{word}`, not a vertex number"))?;
-    let index = if number < 0 { number + vertices as i64 } else { number - 1 };
-    if (0..vertices as i64).contains(&index) {
-        Ok(index as u32)
-    } else {
-        Err(format!("the corner names vertex {number}, but {vertices} vertices stand above it"))
-    }
+    let distance = number.unsigned_abs() as usize;
+    let index = if number < 0 { vertices.checked_sub(distance) } else { distance.checked_sub(1) };
+    let index = index.filter(|&i| i < vertices).and_then(|i| u32::try_from(i).ok());
+    index.ok_or_else(|| format!("the corner names vertex {number}, but {vertices} vertices stand above it"))
 }
 
 /// The OBJ text of a mesh at the given positions, mm.
