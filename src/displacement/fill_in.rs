@@ -85,16 +85,18 @@ pub fn harmonic_weights(
     Weights { rows }
 }
 
+/// The representative of a vertex's set, with the path to it halved on the way.
+fn root(joined: &mut [u32], mut i: u32) -> u32 {
+    while joined[i as usize] != i {
+        joined[i as usize] = joined[joined[i as usize] as usize];
+        i = joined[i as usize];
+    }
+    i
+}
+
 /// The connected parts of the unknown vertices, joined by edges of the operator.
 fn parts(edges: &HashMap<[u32; 2], f64>, unknown: &[bool], n: usize) -> Vec<Vec<u32>> {
     let mut joined: Vec<u32> = (0..n as u32).collect();
-    fn root(joined: &mut [u32], mut i: u32) -> u32 {
-        while joined[i as usize] != i {
-            joined[i as usize] = joined[joined[i as usize] as usize];
-            i = joined[i as usize];
-        }
-        i
-    }
     let mut touched = vec![false; n];
     for &[a, b] in edges.keys() {
         touched[a as usize] = true;
@@ -177,7 +179,7 @@ fn solve_part(
 /// Inferred are the unmarked vertices that marks surround; one that no triangle of known vertices joins to a mark is
 /// unmeasured after all.
 pub fn infer(mesh: &Mesh, positions: &[Point3<f64>], states: &mut [VertexState], reach_mm: f64) -> Weights {
-    let source: Vec<bool> = states.iter().map(|s| s.is_known()).collect();
+    let source: Vec<bool> = states.iter().copied().map(VertexState::is_known).collect();
     let in_plane: Vec<Point2<f64>> = positions.iter().map(|p| p.xy()).collect();
     let unknown = surrounded(&in_plane, &source, reach_mm);
     if !unknown.contains(&true) {

@@ -32,8 +32,8 @@ pub fn labels(ticks: &[f64]) -> Vec<String> {
     }
     // Decimals until the step is a whole number of the last digit.
     let is_whole = |v: f64| (v - v.round()).abs() < 1e-6;
-    let exact = |d: &usize| !step.is_finite() || is_whole(step * 10_f64.powi(*d as i32));
-    let decimals = (0..=8).find(exact).unwrap_or(8);
+    let exact = |d: &u8| !step.is_finite() || is_whole(step * 10_f64.powi(i32::from(*d)));
+    let decimals = usize::from((0..=8).find(exact).unwrap_or(8));
     ticks.iter().map(|t| format!("{t:.decimals$}").replace('-', "−")).collect()
 }
 

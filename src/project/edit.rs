@@ -237,7 +237,7 @@ pub fn check_camera(camera: &CameraSettings) -> Result<(), EditError> {
         let what = "the distance of the camera";
         return Err(EditError::Value { what, rule: "at least 150 mm", value: camera.distance_mm });
     }
-    if !(camera.view_plane_z_mm.abs() <= 1000.0) {
+    if !(-1000.0..=1000.0).contains(&camera.view_plane_z_mm) {
         let what = "the depth of the view plane";
         return Err(EditError::Value { what, rule: "within ±1000 mm", value: camera.view_plane_z_mm });
     }
@@ -247,7 +247,7 @@ pub fn check_camera(camera: &CameraSettings) -> Result<(), EditError> {
 /// Refuses positions that are not finite or absurdly far outside any picture.
 pub fn check_position(at: [f64; 2]) -> Result<(), EditError> {
     for value in at {
-        if !(value.abs() <= 1e6) {
+        if !(-1e6..=1e6).contains(&value) {
             return Err(EditError::Value { what: "a position", rule: "a number of pixels within ±1000000", value });
         }
     }

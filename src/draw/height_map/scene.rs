@@ -202,8 +202,8 @@ impl Scene {
 
         // The edges nearest to the eye carry the numbers.
         let nearer = |a: Point3<f64>, b: Point3<f64>| self.view.corner(&a).depth < self.view.corner(&b).depth;
-        let near_y = if nearer(at(xs[0], ys[0]), at(xs[0], ys[1])) { 0 } else { 1 };
-        let near_x = if nearer(at(xs[0], ys[0]), at(xs[1], ys[0])) { 0 } else { 1 };
+        let near_y = usize::from(!nearer(at(xs[0], ys[0]), at(xs[0], ys[1])));
+        let near_x = usize::from(!nearer(at(xs[0], ys[0]), at(xs[1], ys[0])));
         let outwards = |i: usize| if i == 0 { -1.0 } else { 1.0 };
         let put = |p: Point3<f64>| {
             let c = self.view.corner(&p);
