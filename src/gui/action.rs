@@ -11,8 +11,6 @@ pub enum Action {
     New,
     /// Open a project file.
     Open,
-    /// Open the embedded sample.
-    OpenSample,
     /// Save the project.
     Save,
     /// Save the project under another name.
@@ -21,8 +19,6 @@ pub enum Action {
     OpenFrames,
     /// Choose a folder of numbered frames.
     OpenFolder,
-    /// Write the results into a folder.
-    Export,
     /// Leave the program.
     Quit,
     /// Take back the last step.
@@ -268,13 +264,6 @@ use Menu as M;
 pub const TABLE: &[Spec] = &[
     row(A::New, M::File, "New project", &[ctrl(Key::N)], "Begin with an empty project."),
     row(A::Open, M::File, "Open project…", &[ctrl(Key::O)], "Open a project file."),
-    row(
-        A::OpenSample,
-        M::File,
-        "Open sample",
-        &[],
-        "Open the embedded sample: two frames of a rendered brow raise, marked.",
-    ),
     group(row(A::Save, M::File, "Save", &[ctrl(Key::S)], "Save the project; the last good copy is kept beside it.")),
     row(A::SaveAs, M::File, "Save as…", &[ctrl_shift(Key::S)], "Save the project under another name."),
     group(row(
@@ -291,13 +280,6 @@ pub const TABLE: &[Spec] = &[
         &[ctrl_shift(Key::F)],
         "Choose a folder of numbered pictures; first and last are proposed and can be changed.",
     ),
-    group(row(
-        A::Export,
-        M::File,
-        "Export results…",
-        &[ctrl(Key::E)],
-        "Write the forces as a table, a mesh, a picture and a report into a folder.",
-    )),
     group(row(A::Quit, M::File, "Quit", &[ctrl(Key::Q)], "Leave the program; unsaved changes are asked about.")),
     row(A::Undo, M::Edit, "Undo", &[ctrl(Key::Z)], "Take back the last step."),
     row(A::Redo, M::Edit, "Redo", &[ctrl_shift(Key::Z), ctrl(Key::Y)], "Do again what was taken back."),

@@ -4,61 +4,107 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::action::{self, Action};
+use super::action_state::ActionState;
 use super::dialogs::Dialogs;
+use super::jobs::Jobs;
+use super::panels::frames::points;
+use super::pictures::Pictures;
 use super::view_state::{ViewState, Workspace};
-use super::{Command, Scene, panels, theme};
+use super::{Command, Scene, panels};
 use crate::face::FaceModel;
-use crate::pipeline::Outcome;
-use crate::project::{History, Project};
-
-/// The chain as the window calls it: project, face, size of the first frame in px.
-pub type Solve = Box<dyn FnMut(&Project, &FaceModel, [u32; 2]) -> Outcome>;
+use crate::pipeline::{self, Outcome};
+use crate::project::{History, Project, Which};
 
 /// Size of the picture while there is none, px: that of the thesis.
-pub(super) const SIZE_WITHOUT_FRAMES_PX: [u32; 2] = [1036, 1036];
+const SIZE_WITHOUT_FRAMES_PX: [u32; 2] = [1036, 1036];
 
 /// The window: the project with its history, what the chain makes of it, and how it is shown.
 pub struct App {
-    pub(super) history: History,
-    /// The project as it stands in its file.
-    pub(super) saved: Project,
-    pub(super) path: Option<PathBuf>,
+    pub(super) document: OpenDocument,
     pub(super) face: Arc<FaceModel>,
-    pub(super) solve: Solve,
     pub(super) outcome: Outcome,
-    pub(super) solved_revision: u64,
+    pub(super) solver: Solver,
+    pub(super) pictures: Pictures,
     pub(super) view: ViewState,
+    pub(super) jobs: Jobs,
     pub(super) dialogs: Box<dyn Dialogs>,
     pub(super) commands: Vec<Command>,
 }
 
-impl App {
-    /// A window on a project.
-    pub fn new(
-        project: Project,
-        path: Option<PathBuf>,
-        face: Arc<FaceModel>,
-        mut solve: Solve,
-        dialogs: Box<dyn Dialogs>,
-    ) -> Self {
-        let outcome = solve(&project, &face, image_size_px(&project));
+/// The project that is open, and its file.
+pub(super) struct OpenDocument {
+    pub(super) history: History,
+    /// The project as it stands in its file.
+    pub(super) saved: Project,
+    pub(super) path: Option<PathBuf>,
+    /// Whether a journal of unsaved work is kept.
+    pub(super) autosave: bool,
+    /// The state of the history that the journal holds.
+    pub(super) journalled: u64,
+    /// Work that was found when the project was opened, until the person has said what becomes of it.
+    pub(super) found: Option<Project>,
+    /// A nudge by key is under way: one step of the history until the key is released.
+    pub(super) nudging: bool,
+    /// The window may close.
+    pub(super) may_close: bool,
+}
+
+/// The chain, and the state of the history that it was run on.
+pub(super) struct Solver {
+    workspace: pipeline::Workspace,
+    revision: u64,
+}
+
+impl OpenDocument {
+    /// A project just opened.
+    pub(super) fn new(project: Project, path: Option<PathBuf>, autosave: bool) -> Self {
         Self {
             saved: project.clone(),
             history: History::new(project),
             path,
+            autosave,
+            journalled: 0,
+            found: None,
+            nudging: false,
+            may_close: false,
+        }
+    }
+}
+
+impl App {
+    /// A window on a project.
+    pub fn new(project: Project, path: Option<PathBuf>, face: Arc<FaceModel>, dialogs: Box<dyn Dialogs>) -> Self {
+        let mut workspace = pipeline::Workspace::default();
+        let outcome = pipeline::solve(&project, &face, image_size_px(&project), &mut workspace);
+        let mut view = ViewState::default();
+        // Still points are few and needed first; of the others, the first region.
+        let regions = face.regions().iter();
+        let proposed = regions.clone().filter(|r| r.id == points::STILL_REGION).chain(regions.take(1));
+        view.frames.regions = proposed.map(|r| r.id.clone()).collect();
+        Self {
+            document: OpenDocument::new(project, path, false),
             face,
-            solve,
             outcome,
-            solved_revision: 0,
-            view: ViewState::default(),
+            solver: Solver { workspace, revision: 0 },
+            pictures: Pictures::default(),
+            view,
+            jobs: Jobs::default(),
             dialogs,
             commands: Vec::new(),
         }
     }
 
+    /// Keeps a journal of unsaved work, and asks about what is found in it.
+    #[must_use]
+    pub fn with_autosave(mut self) -> Self {
+        self.document.autosave = true;
+        self.look_for_unsaved_work();
+        self
+    }
+
     /// The project as it is now.
     pub fn project(&self) -> &Project {
-        self.history.project()
+        self.document.history.project()
     }
 
     /// What the chain makes of it.
@@ -66,14 +112,24 @@ impl App {
         &self.outcome
     }
 
+    /// Names of the steps done, oldest first.
+    pub fn steps(&self) -> Vec<String> {
+        self.document.history.done().map(str::to_owned).collect()
+    }
+
     /// What is shown, and how.
     pub fn view(&self) -> &ViewState {
         &self.view
     }
 
+    /// What is shown, and how, to be changed before the first frame.
+    pub fn view_mut(&mut self) -> &mut ViewState {
+        &mut self.view
+    }
+
     /// Whether the project differs from its file.
     pub fn unsaved(&self) -> bool {
-        self.history.project() != &self.saved
+        self.document.history.project() != &self.document.saved
     }
 
     /// Asks for something, as a panel would; done in the next frame.
@@ -81,75 +137,138 @@ impl App {
         self.commands.push(command);
     }
 
+    /// Waits for all long work, so that its result is there in the next frame.
+    pub fn wait_for_jobs(&mut self) {
+        self.jobs.wait();
+    }
+
     /// One frame of the window.
     pub fn frame(&mut self, ui: &mut egui::Ui) {
         let ctx = ui.ctx().clone();
-        for action in action::pressed(&ctx, ctx.text_edit_focused()) {
-            self.commands.push(Command::Do(action));
-        }
+        self.listen(&ctx);
         self.show(ui);
         self.run_commands(&ctx);
+        self.poll_jobs(&ctx);
         if self.view.focus.end_pass() {
             ctx.request_repaint();
         }
     }
 
-    fn show(&mut self, ui: &mut egui::Ui) {
-        let title = self.title();
-        let Self { history, outcome, face, view, commands, .. } = self;
-        let scene = Scene { project: history.project(), outcome, face };
-        let can = |action: Action| match action {
-            Action::Undo => history.done().len() > 0,
-            Action::Redo => history.undone().len() > 0,
-            _ => true,
-        };
-        let on = |_: Action| None;
-        egui::Panel::top("menu").show(ui, |ui| panels::menu::show(ui, view, &title, &can, &on, commands));
-        egui::Panel::bottom("status").exact_size(26.0).show(ui, |ui| panels::status::show(ui, scene, view, commands));
-        let frame = egui::Frame::NONE.fill(theme::palette(ui.visuals()).canvas);
-        egui::CentralPanel::default().frame(frame).show(ui, |ui| match view.workspace {
-            Workspace::Frames => panels::frames::show(ui, scene, &mut view.frames, &mut view.focus, commands),
-            Workspace::Forces => panels::forces::show(ui, scene, &mut view.forces, &mut view.focus, commands),
+    /// Keys, files dropped on the window, and the wish to close it.
+    fn listen(&mut self, ctx: &egui::Context) {
+        if self.view.modal.is_none() && self.view.palette.is_none() && !ctx.any_popup_open() {
+            let state = self.action_state(ctx);
+            let pressed = action::pressed(ctx, ctx.text_edit_focused());
+            let possible = pressed.into_iter().filter(|a| state.can(*a));
+            // Keys that speak to a widget with the keyboard focus are left to it.
+            let widget = ctx.memory(|m| m.focused()).is_some() && !self.canvas_has_focus(ctx);
+            self.commands.extend(possible.filter(|a| !(widget && speaks_to_widgets(*a))).map(Command::Do));
+        }
+        let (dropped, at) = ctx.input(|i| {
+            let paths: Vec<PathBuf> = i.raw.dropped_files.iter().map(|f| f.path().to_path_buf()).collect();
+            (paths, i.pointer.latest_pos())
         });
+        if !dropped.is_empty() {
+            let panes = &self.view.frames.panes;
+            let over = [Which::First, Which::Last]
+                .into_iter()
+                .find(|w| at.is_some_and(|at| panes[*w as usize].rect.contains(at)));
+            self.commands.push(Command::Dropped(dropped, over));
+        }
+        if ctx.input(|i| i.viewport().close_requested()) && !self.document.may_close {
+            ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
+            self.commands.push(Command::Do(Action::Quit));
+        }
     }
 
-    fn run_commands(&mut self, ctx: &egui::Context) {
-        for command in std::mem::take(&mut self.commands) {
-            match command {
-                Command::Do(Action::Undo) => _ = self.history.undo(),
-                Command::Do(Action::Redo) => _ = self.history.redo(),
-                Command::Do(Action::WorkspaceFrames) => self.view.workspace = Workspace::Frames,
-                Command::Do(Action::WorkspaceForces) => self.view.workspace = Workspace::Forces,
-                Command::Do(Action::Dark) => ctx.set_theme(egui::Theme::Dark),
-                Command::Do(Action::Light) => ctx.set_theme(egui::Theme::Light),
-                Command::Select(point) => self.view.focus.selected = point,
-                Command::Edit(edit) => _ = self.history.apply(&edit),
-                _ => {}
+    fn show(&mut self, ui: &mut egui::Ui) {
+        let ctx = ui.ctx().clone();
+        let state = self.action_state(&ctx);
+        let title = self.title();
+        set_window_title(&ctx, &title);
+        let Self { document, outcome, face, view, pictures, jobs, commands, .. } = self;
+        let scene = Scene { project: document.history.project(), outcome, face };
+        egui::Panel::top("menu").show(ui, |ui| panels::menu::show(ui, view, &title, &state, commands));
+        egui::Panel::bottom("status").exact_size(26.0).show(ui, |ui| {
+            panels::status::show(ui, scene, view, jobs, commands);
+        });
+        egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| match view.workspace {
+            Workspace::Frames => {
+                let (history, frames, focus) = (&document.history, &mut view.frames, &mut view.focus);
+                panels::frames::show(ui, scene, pictures, history, &state, frames, focus, commands);
             }
+            Workspace::Forces => panels::forces::show(ui, scene, &mut view.forces, &mut view.focus, commands),
+        });
+        if let Some(mut modal) = view.modal.take()
+            && panels::modals::show(&ctx, &mut modal, commands)
+        {
+            view.modal = Some(modal);
         }
-        self.resolve(ctx);
+        if let Some(mut palette) = view.palette.take()
+            && panels::palette::show(&ctx, &mut palette, &state, commands)
+        {
+            view.palette = Some(palette);
+        }
     }
 
     /// Runs the chain when the project has changed, and shows the result in this same frame.
-    fn resolve(&mut self, ctx: &egui::Context) {
-        if self.solved_revision == self.history.revision() {
+    pub(super) fn resolve(&mut self, ctx: &egui::Context) {
+        let history = &self.document.history;
+        if self.solver.revision == history.revision() {
             return;
         }
-        self.solved_revision = self.history.revision();
-        self.outcome = (self.solve)(self.history.project(), &self.face, image_size_px(self.history.project()));
+        self.solver.revision = history.revision();
+        let project = history.project();
+        self.outcome = pipeline::solve(project, &self.face, image_size_px(project), &mut self.solver.workspace);
         ctx.request_discard("the project changed");
     }
 
-    /// "Anna, brow raise •": the name of the project, and whether something is unsaved.
-    pub fn title(&self) -> String {
-        let name = if self.project().name.is_empty() { "Untitled" } else { &self.project().name };
-        if self.unsaved() { format!("{name} •") } else { name.to_owned() }
+    /// Runs the chain although the history looks unchanged: another document is open.
+    pub(super) fn solve_anew(&mut self) {
+        self.solver.revision = u64::MAX;
     }
+
+    pub(super) fn action_state(&self, ctx: &egui::Context) -> ActionState {
+        let scene = Scene { project: self.project(), outcome: &self.outcome, face: &self.face };
+        let dark = ctx.theme() == egui::Theme::Dark;
+        ActionState::new(scene, &self.document.history, &self.view, dark)
+    }
+
+    fn canvas_has_focus(&self, ctx: &egui::Context) -> bool {
+        ctx.memory(|m| m.focused()).is_some_and(|id| self.view.frames.canvases.contains(&id))
+    }
+
+    /// "brow raise •": the name of the project, and whether something is unsaved.
+    pub fn title(&self) -> String {
+        let named = &self.project().name;
+        let file = self.document.path.as_deref().map(super::pictures::file_name);
+        let name = match (named.is_empty(), file) {
+            (false, _) => named.clone(),
+            (true, Some(file)) => file,
+            (true, None) => "Untitled".to_owned(),
+        };
+        if self.unsaved() { format!("{name} •") } else { name }
+    }
+}
+
+/// Whether the key of an action also means something to a button or a slider that has the keyboard.
+fn speaks_to_widgets(action: Action) -> bool {
+    matches!(action, Action::Nudge(..) | Action::Accept | Action::Next | Action::Previous)
 }
 
 /// Size of the first frame, px.
 fn image_size_px(project: &Project) -> [u32; 2] {
     project.frames.first.as_ref().map_or(SIZE_WITHOUT_FRAMES_PX, |f| [f.width_px, f.height_px])
+}
+
+/// Gives the window a title, when it is another one.
+fn set_window_title(ctx: &egui::Context, title: &str) {
+    let whole = format!("{title} – Frontalis");
+    let id = egui::Id::unique("title of the window");
+    if ctx.data(|d| d.get_temp::<String>(id)).as_ref() != Some(&whole) {
+        ctx.data_mut(|d| d.insert_temp(id, whole.clone()));
+        ctx.send_viewport_cmd(egui::ViewportCommand::Title(whole));
+    }
 }
 
 impl eframe::App for App {

@@ -45,6 +45,8 @@ pub enum Command {
     Proceed(After),
     /// Save, then go on.
     SaveThen(After),
+    /// Take the work that was found, or throw it away.
+    Recover(bool),
     /// Say something in the status bar.
     Tell(NoticeKind, String),
     /// Stop a long work.
@@ -56,8 +58,6 @@ pub enum Command {
 pub enum After {
     /// A new, empty project.
     New,
-    /// The embedded sample.
-    Sample,
     /// A dialog that asks which project to open.
     AskOpen,
     /// This project.

@@ -1,13 +1,19 @@
 //! The window: panels that read the project and ask for changes, and the one place that makes them.
 
 pub mod action;
+pub mod action_state;
 pub mod app;
 pub mod command;
 pub mod dialogs;
 pub mod height_map;
+mod files;
+pub mod jobs;
 pub mod modal;
 pub mod orbit_view;
 pub mod panels;
+pub mod pictures;
+mod run_command;
+pub mod texture;
 pub mod theme;
 pub mod view_state;
 

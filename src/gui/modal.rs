@@ -2,6 +2,7 @@
 
 use super::command::After;
 use super::dialogs::Purpose;
+use super::panels::sequence::SequenceView;
 
 /// Which dialog is open, with what has been typed into it.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +22,13 @@ pub enum Modal {
         purpose: Purpose,
         /// What has been typed, a path a line.
         typed: String,
+    },
+    /// First and last of a folder of numbered frames.
+    Sequence(SequenceView),
+    /// Work that was not saved was found.
+    Recover {
+        /// When it was written: ", 5 minutes old".
+        when: String,
     },
     /// Every key.
     Keys,

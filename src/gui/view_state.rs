@@ -17,6 +17,8 @@ pub struct ViewState {
     pub forces: panels::forces::ForcesView,
     /// The dialog that is open.
     pub modal: Option<Modal>,
+    /// The palette, while it is open.
+    pub palette: Option<panels::palette::PaletteView>,
     /// What was last said in the status bar.
     pub notice: Option<Notice>,
 }

@@ -3,27 +3,21 @@
 use egui::containers::menu::MenuBar;
 
 use crate::gui::action::{Menu, TABLE};
+use crate::gui::action_state::ActionState;
 use crate::gui::theme;
 use crate::gui::view_state::Workspace;
 use crate::gui::{Action, Command, ViewState};
 
-/// Shows the bar. `can` tells whether an action can be done now, `on` whether a switch is on.
-pub fn show(
-    ui: &mut egui::Ui,
-    view: &ViewState,
-    title: &str,
-    can: &dyn Fn(Action) -> bool,
-    on: &dyn Fn(Action) -> Option<bool>,
-    commands: &mut Vec<Command>,
-) {
+/// Shows the bar.
+pub fn show(ui: &mut egui::Ui, view: &ViewState, title: &str, state: &ActionState, commands: &mut Vec<Command>) {
     MenuBar::new().ui(ui, |ui| {
         for menu in Menu::BAR {
             ui.menu_button(menu.title(), |ui| {
                 ui.set_min_width(230.0);
-                entries(ui, menu, can, on, commands);
+                entries(ui, menu, state, commands);
                 if menu == Menu::Point {
                     ui.separator();
-                    ui.menu_button(Menu::Nudge.title(), |ui| entries(ui, Menu::Nudge, can, on, commands));
+                    ui.menu_button(Menu::Nudge.title(), |ui| entries(ui, Menu::Nudge, state, commands));
                 }
             });
         }
@@ -40,24 +34,19 @@ pub fn show(
     });
 }
 
-fn entries(
-    ui: &mut egui::Ui,
-    menu: Menu,
-    can: &dyn Fn(Action) -> bool,
-    on: &dyn Fn(Action) -> Option<bool>,
-    commands: &mut Vec<Command>,
-) {
+/// The entries of one menu; also the menu of a point under the pointer.
+pub fn entries(ui: &mut egui::Ui, menu: Menu, state: &ActionState, commands: &mut Vec<Command>) {
     for spec in TABLE.iter().filter(|s| s.menu == menu) {
         if spec.new_group {
             ui.separator();
         }
         let key = spec.keys.first().map(|k| k.text()).unwrap_or_default();
-        let button = match on(spec.action) {
-            Some(on) => egui::Button::selectable(on, spec.label),
-            None => egui::Button::new(spec.label).frame_when_inactive(false),
+        let button = match state.on(spec.action) {
+            Some(on) => egui::Button::selectable(on, state.label(spec.action)),
+            None => egui::Button::new(state.label(spec.action)).frame_when_inactive(false),
         };
         let button = button.shortcut_text(key);
-        if ui.add_enabled(can(spec.action), button).on_hover_text(spec.tooltip).clicked() {
+        if ui.add_enabled(state.can(spec.action), button).on_hover_text(spec.tooltip).clicked() {
             commands.push(Command::Do(spec.action));
             ui.close();
         }

@@ -1,23 +1,81 @@
 //! The status bar: what was last said, what is going on, and where the pointer is.
 
-use crate::gui::view_state::NoticeKind;
+use egui::{ProgressBar, RichText};
+
+use super::frames::SideTab;
+use super::frames::points;
+use crate::displacement::VertexState;
+use crate::gui::jobs::Jobs;
+use crate::gui::view_state::{NoticeKind, Workspace};
 use crate::gui::{Command, Scene, ViewState, theme};
+use crate::project::Which;
 
 /// Shows the bar.
-pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, view: &ViewState, _commands: &mut Vec<Command>) {
+pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut ViewState, jobs: &Jobs, commands: &mut Vec<Command>) {
     let p = theme::palette(ui.visuals());
-    ui.horizontal_centered(|ui| match &view.notice {
-        Some(n) => {
-            let colour = if n.kind == NoticeKind::Refused { p.warn } else { p.good };
-            ui.colored_label(colour, &n.text);
+    ui.horizontal_centered(|ui| {
+        match &view.notice {
+            Some(n) => {
+                let colour = if n.kind == NoticeKind::Refused { p.warn } else { p.good };
+                ui.colored_label(colour, &n.text);
+            }
+            None => {
+                let marked = scene.project.measured_count();
+                let (placed, of) = (scene.project.landmarks.len(), scene.face.landmarks().len());
+                ui.label(RichText::new(format!("{placed} of {of} landmarks, {marked} points marked")).weak());
+            }
         }
-        None => {
-            let marked = scene.project.measured_count();
-            ui.weak(format!(
-                "{} of {} landmarks, {marked} points marked",
-                scene.project.landmarks.len(),
-                scene.face.landmarks().len()
-            ));
+        for job in jobs.running() {
+            ui.separator();
+            ui.spinner();
+            ui.label(&job.name);
+            let share = job.progress.share();
+            if share > 0.0 {
+                ui.add(ProgressBar::new(share).desired_width(80.0).desired_height(6.0));
+            }
+            if ui.small_button("Stop").clicked() {
+                commands.push(Command::CancelJob(job.id));
+            }
         }
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            let count = scene.outcome.warnings.len();
+            if count > 0 {
+                let text = if count == 1 { "1 warning".to_owned() } else { format!("{count} warnings") };
+                let button = egui::Button::new(RichText::new(text).color(p.warn)).frame_when_inactive(false).small();
+                let first = scene.outcome.warnings[0].to_string();
+                if ui.add(button).on_hover_text(first).clicked() {
+                    view.frames.side = SideTab::Results;
+                    view.workspace = Workspace::Frames;
+                }
+                ui.separator();
+            }
+            if let Some(text) = under_pointer(ui, scene, view) {
+                ui.label(RichText::new(text).monospace().size(11.5).weak());
+            }
+        });
     });
+}
+
+/// The pixel under the pointer, or the vertex with its force.
+fn under_pointer(ui: &egui::Ui, scene: Scene<'_>, view: &ViewState) -> Option<String> {
+    let mut parts = Vec::new();
+    if let Some(v) = view.focus.hovered() {
+        let i = v as usize;
+        let state = scene.outcome.states.get(i).copied().unwrap_or_default();
+        parts.push(format!("vertex {v} ({}, {})", points::kind_of(scene, v).word(), state.word()));
+        if matches!(state, VertexState::Measured | VertexState::Inferred)
+            && let (Some(f), Some(s)) = (scene.outcome.field.force.get(i), scene.outcome.field.sigma.get(i))
+        {
+            parts.push(format!("{:.4} ± {s:.4} {}", f.norm(), scene.outcome.unit()));
+        }
+    }
+    let pointer = ui.input(|i| i.pointer.hover_pos())?;
+    for which in [Which::First, Which::Last] {
+        let pane = &view.frames.panes[which as usize];
+        if view.workspace == Workspace::Frames && pane.rect.contains(pointer) {
+            let [x, y] = pane.view.at(pane.rect).image_from_ui(pointer);
+            parts.push(format!("{} {x:.1}, {y:.1} px   {:.0} %", which.word(), pane.view.zoom * 100.0));
+        }
+    }
+    (!parts.is_empty()).then(|| parts.join("   "))
 }

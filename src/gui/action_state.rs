@@ -1,0 +1,137 @@
+//! Which actions can be done now, and which switches are on: what menus, toolbar, palette and guide show greyed or ticked.
+
+use super::action::Action;
+use super::panels::frames::{Tool, points};
+use super::view_state::{ViewState, Workspace};
+use super::{Scene, panels};
+use crate::project::{History, MarkState, PointId, Role, edit};
+
+/// Taken once a frame.
+#[derive(Clone, Debug)]
+pub struct ActionState {
+    undo: Option<String>,
+    redo: Option<String>,
+    frames: bool,
+    last_marks: bool,
+    dark: bool,
+    selected: Option<PointId>,
+    mark: Option<MarkState>,
+    predicted: bool,
+    role: Option<Role>,
+    switches: Switches,
+}
+
+#[derive(Clone, Debug)]
+struct Switches {
+    workspace: Workspace,
+    tool: Tool,
+    linked: bool,
+    swapped: bool,
+    marks: bool,
+    names: bool,
+    wireframe: bool,
+    region_only: bool,
+    loupe: bool,
+    clahe: bool,
+    table: bool,
+    history: bool,
+}
+
+impl ActionState {
+    /// What can be done with this project, shown like this.
+    pub fn new(scene: Scene<'_>, history: &History, view: &ViewState, dark: bool) -> Self {
+        let selected = view.focus.selected.clone();
+        let mark = selected.as_ref().and_then(|id| edit::mark(scene.project, id)).map(|m| m.state);
+        let known = selected.as_ref().and_then(|id| points::of(scene, id));
+        let role = match selected {
+            Some(PointId::FeatureFirst(v) | PointId::FeatureLast(v)) => {
+                Some(scene.project.features.get(&v).map_or_else(Role::default, |f| f.role))
+            }
+            _ => None,
+        };
+        let f = &view.frames;
+        Self {
+            undo: history.done().last().map(str::to_owned),
+            redo: history.undone().next().map(str::to_owned),
+            frames: scene.project.frames.first.is_some() || scene.project.frames.last.is_some(),
+            last_marks: scene.project.features.values().any(|f| f.last.is_some()),
+            dark,
+            predicted: known.is_some_and(|(look, _)| !look.is_mark()),
+            selected,
+            mark,
+            role,
+            switches: Switches {
+                workspace: view.workspace,
+                tool: f.tool,
+                linked: f.linked,
+                swapped: f.swapped,
+                marks: f.show_marks,
+                names: f.show_names,
+                wireframe: f.wireframe.visible,
+                region_only: f.wireframe.region_only,
+                loupe: f.loupe.always,
+                clahe: f.panes[f.active as usize].adjustment.clahe.is_some(),
+                table: f.table_shown,
+                history: f.side == panels::frames::SideTab::History,
+            },
+        }
+    }
+
+    /// Whether it can be done now.
+    pub fn can(&self, action: Action) -> bool {
+        let in_frames = self.switches.workspace == Workspace::Frames;
+        match action {
+            Action::Undo => self.undo.is_some(),
+            Action::Redo => self.redo.is_some(),
+            Action::ClearLast => self.last_marks,
+            Action::ClearMark | Action::Lock | Action::Uncertain | Action::Occluded => self.mark.is_some(),
+            Action::Accept => self.selected.is_some() && self.predicted,
+            Action::RoleSkin | Action::RoleStill | Action::RoleFixed => self.role.is_some(),
+            Action::Nudge(..) => in_frames && self.selected.is_some(),
+            Action::Fit | Action::ZoomIn | Action::ZoomOut | Action::MatchPanes | Action::Clahe => {
+                in_frames && self.frames
+            }
+            _ => true,
+        }
+    }
+
+    /// For a switch, whether it is on.
+    pub fn on(&self, action: Action) -> Option<bool> {
+        let s = &self.switches;
+        Some(match action {
+            Action::WorkspaceFrames => s.workspace == Workspace::Frames,
+            Action::WorkspaceForces => s.workspace == Workspace::Forces,
+            Action::ToolSelect => s.tool == Tool::Select,
+            Action::ToolLandmarks => s.tool == Tool::Landmarks,
+            Action::ToolFeatures => s.tool == Tool::Features,
+            Action::LinkPanes => s.linked,
+            Action::Blink => s.swapped,
+            Action::HideMarks => s.marks,
+            Action::ShowNames => s.names,
+            Action::ShowWireframe => s.wireframe,
+            Action::RegionOnly => s.region_only,
+            Action::LoupeAlways => s.loupe,
+            Action::Clahe => s.clahe,
+            Action::ShowTable => s.table,
+            Action::ShowHistory => s.history,
+            Action::Dark => self.dark,
+            Action::Light => !self.dark,
+            Action::Lock => self.mark == Some(MarkState::Locked),
+            Action::Uncertain => self.mark == Some(MarkState::Uncertain),
+            Action::Occluded => self.mark == Some(MarkState::Occluded),
+            Action::RoleSkin => self.role == Some(Role::Skin),
+            Action::RoleStill => self.role == Some(Role::Still),
+            Action::RoleFixed => self.role == Some(Role::Fixed),
+            _ => return None,
+        })
+    }
+
+    /// What an action is called now: "Undo Move landmark nose_tip".
+    pub fn label(&self, action: Action) -> String {
+        match (action, &self.undo, &self.redo) {
+            (Action::Undo, Some(step), _) => format!("Undo: {step}"),
+            (Action::Redo, _, Some(step)) => format!("Redo: {step}"),
+            _ => action.label().to_owned(),
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! Opening, saving, dropping and recovering: everything that reads or writes a file because a person said so.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::app::{App, OpenDocument};
+use super::command::After;
+use super::dialogs::Purpose;
+use super::jobs::Finished;
+use super::modal::Modal;
+use super::pictures::{self, Pictures};
+use super::view_state::NoticeKind;
+use super::{Command, dialogs};
+use crate::frames::FrameSequence;
+use crate::project::{Project, Which, autosave, file, paths};
+
+impl App {
+    /// Does it, or asks first what becomes of unsaved changes.
+    pub(super) fn unless_unsaved(&mut self, after: After, ctx: &egui::Context) {
+        if self.unsaved() {
+            self.view.modal = Some(Modal::Unsaved(after));
+        } else {
+            self.proceed(after, ctx);
+        }
+    }
+
+    /// Does what unsaved changes have stopped; they are saved or given up.
+    pub(super) fn proceed(&mut self, after: After, ctx: &egui::Context) {
+        match after {
+            After::New => self.open_document(Project::default(), None),
+            After::AskOpen => self.dialogs.ask(ctx, Purpose::OpenProject),
+            After::Open(path) => self.open(&path),
+            After::Quit => {
+                self.remove_journal();
+                self.document.may_close = true;
+                ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+            }
+        }
+    }
+
+    /// Shows another document; the journal of the one before goes, for its changes were saved or given up.
+    pub(super) fn open_document(&mut self, project: Project, path: Option<PathBuf>) {
+        self.remove_journal();
+        self.document = OpenDocument::new(project, path, self.document.autosave);
+        self.pictures = Pictures::default();
+        self.view.focus.selected = None;
+        self.view.frames.drag = None;
+        self.view.frames.fit();
+        self.solve_anew();
+        self.look_for_unsaved_work();
+    }
+
+    /// Opens a project file, or says why not; the one that is open then stays.
+    pub(super) fn open(&mut self, path: &Path) {
+        match file::load(path) {
+            Ok(project) => match file::check_bindings(path, &project, &self.face) {
+                Ok(()) => self.open_document(project, Some(path.to_owned())),
+                Err(e) => self.fail("The project cannot be opened", e.to_string()),
+            },
+            Err(e) => self.fail("The project cannot be opened", e.to_string()),
+        }
+    }
+
+    /// Saves where the project lies, or asks where.
+    pub(super) fn save(&mut self, then: Option<After>, ctx: &egui::Context) {
+        match self.document.path.clone() {
+            Some(path) => self.save_to(path, then, ctx),
+            None => self.ask_where_to_save(then, ctx),
+        }
+    }
+
+    pub(super) fn ask_where_to_save(&mut self, then: Option<After>, ctx: &egui::Context) {
+        let name = match &self.project().name {
+            empty if empty.is_empty() => "project",
+            name => name,
+        };
+        let suggested = format!("{}.{}", name.replace(['/', '\\', ':'], "-"), file::EXTENSION);
+        self.dialogs.ask(ctx, Purpose::SaveProject { suggested, then });
+    }
+
+    fn save_to(&mut self, mut path: PathBuf, then: Option<After>, ctx: &egui::Context) {
+        if path.extension().is_none() {
+            path.set_extension(file::EXTENSION);
+        }
+        self.document.history.commit_gesture();
+        let moved = paths::rebase(self.project(), self.document.path.as_deref(), &path);
+        let mut project = self.project().clone();
+        for edit in &moved {
+            // A path is text like any other: such an edit is never refused.
+            let _ = edit.apply(&mut project);
+        }
+        if let Err(e) = file::save(&project, &path) {
+            self.fail("The project was not saved", e.to_string());
+            return;
+        }
+        self.remove_journal();
+        if !moved.is_empty() {
+            self.commands.push(Command::Edits(moved));
+        }
+        self.document.saved = project;
+        self.tell(NoticeKind::Done, format!("Saved to {}.", path.display()), ctx);
+        self.document.path = Some(path);
+        if let Some(after) = then {
+            self.commands.push(Command::Proceed(after));
+        }
+    }
+
+    /// Goes on with the files that the person has named.
+    pub(super) fn files_chosen(&mut self, purpose: &Purpose, mut files: Vec<PathBuf>, ctx: &egui::Context) {
+        let Some(first) = files.first().cloned() else { return };
+        match purpose {
+            Purpose::OpenProject => self.open(&first),
+            Purpose::SaveProject { then, .. } => self.save_to(first, then.clone(), ctx),
+            Purpose::Frames if files.len() == 1 => {
+                self.commands.push(Command::LoadFrame(Which::First, first));
+                self.commands.push(Command::AskFiles(Purpose::Frame(Which::Last)));
+            }
+            Purpose::Frames => {
+                if files.len() > 2 {
+                    self.fail(
+                        "Too many files",
+                        format!(
+                            "{} files were chosen; choose the first and the last frame, or open their folder.",
+                            files.len()
+                        ),
+                    );
+                    return;
+                }
+                self.load_pair(&mut files);
+            }
+            Purpose::Frame(which) => self.commands.push(Command::LoadFrame(*which, first)),
+            Purpose::FrameFolder => self.open_folder(first, ctx),
+        }
+    }
+
+    fn load_pair(&mut self, files: &mut [PathBuf]) {
+        if let [first, last] = files {
+            self.commands.push(Command::LoadFrame(Which::First, first.clone()));
+            self.commands.push(Command::LoadFrame(Which::Last, last.clone()));
+        }
+    }
+
+    fn open_folder(&mut self, folder: PathBuf, ctx: &egui::Context) {
+        self.jobs.start(ctx, format!("Listing {}", pictures::file_name(&folder)), move |_| {
+            Some(Finished::Folder(FrameSequence::open(&folder).map_err(|e| e.to_string())))
+        });
+    }
+
+    /// A project is opened, a folder listed, one picture goes to the pane it was dropped on, two become the frames.
+    pub(super) fn dropped(&mut self, mut files: Vec<PathBuf>, over: Option<Which>, ctx: &egui::Context) {
+        files.sort();
+        let is_picture = |p: &PathBuf| {
+            p.extension().is_some_and(|e| dialogs::PICTURES.contains(&e.to_string_lossy().to_lowercase().as_str()))
+        };
+        if matches!(self.view.modal, Some(Modal::Path { .. })) {
+            self.view.modal = None;
+        }
+        match &files[..] {
+            [one] if one.is_dir() => self.open_folder(one.clone(), ctx),
+            [one] if is_picture(one) => {
+                let free = if self.project().frames.first.is_none() { Which::First } else { Which::Last };
+                self.commands.push(Command::LoadFrame(over.unwrap_or(free), one.clone()));
+            }
+            [one] => self.unless_unsaved(After::Open(one.clone()), ctx),
+            [_, _] if files.iter().all(is_picture) => self.load_pair(&mut files),
+            _ => {
+                let text =
+                    "Drop one project, one picture, two pictures (first and last), or a folder of numbered pictures.";
+                self.fail("These files are not understood together", text.to_owned());
+            }
+        }
+    }
+
+    /// Writes the journal when a gesture has ended since it was last written.
+    pub(super) fn write_journal(&mut self) {
+        let document = &mut self.document;
+        let revision = document.history.revision();
+        let waits = document.found.is_some() || document.history.in_gesture() || document.journalled == revision;
+        if !document.autosave || waits {
+            return;
+        }
+        document.journalled = revision;
+        let Some(journal) = autosave::path(document.path.as_deref()) else { return };
+        if document.history.project() == &document.saved {
+            autosave::remove(&journal);
+        } else if let Err(e) = autosave::write(document.history.project(), &journal) {
+            document.autosave = false;
+            self.fail("Unsaved work cannot be kept safe", format!("{e}. Save often."));
+        }
+    }
+
+    fn remove_journal(&mut self) {
+        if self.document.autosave
+            && self.document.found.is_none()
+            && let Some(journal) = autosave::path(self.document.path.as_deref())
+        {
+            autosave::remove(&journal);
+        }
+    }
+
+    /// Asks about work that was not saved, if there is any.
+    pub(super) fn look_for_unsaved_work(&mut self) {
+        if !self.document.autosave {
+            return;
+        }
+        if let Some(found) = autosave::recover(self.document.path.as_deref()) {
+            self.document.found = Some(found.project);
+            let age = found.saved_at.elapsed().map_or(0, |age| age.as_secs() / 60);
+            let when = match age {
+                0 => ", written a moment ago".to_owned(),
+                1..120 => format!(", {age} minutes old"),
+                120..2880 => format!(", {} hours old", age / 60),
+                _ => format!(", {} days old", age / 1440),
+            };
+            self.view.modal = Some(Modal::Recover { when });
+        }
+    }
+
+    /// Takes the work that was found, as unsaved changes, or throws it away.
+    pub(super) fn recover(&mut self, take: bool) {
+        let Some(found) = self.document.found.take() else { return };
+        if !take {
+            self.remove_journal();
+            return;
+        }
+        let saved = self.document.saved.clone();
+        self.document = OpenDocument::new(found, self.document.path.clone(), self.document.autosave);
+        self.document.saved = saved;
+        self.solve_anew();
+    }
+
+    /// The face that the window fits.
+    pub fn face(&self) -> Arc<crate::face::FaceModel> {
+        Arc::clone(&self.face)
+    }
+}

@@ -1,0 +1,186 @@
+//! Long work, on threads of its own: each with a name, a progress and a way to stop it; the answer comes back by channel.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+
+use image::RgbImage;
+
+use crate::frames::{Adjustment, Frame, FrameSequence};
+use crate::project::Which;
+
+/// What a job brings back.
+#[derive(Debug)]
+pub enum Finished {
+    /// A picture was read, or not: one line says why.
+    Frame {
+        /// For which frame.
+        which: Which,
+        /// Its file.
+        path: PathBuf,
+        /// Whether a person chose it now (an edit), or the project names it already.
+        chosen: bool,
+        /// The picture.
+        result: Result<Frame, String>,
+    },
+    /// A picture was adjusted for showing.
+    Adjusted {
+        /// Which frame.
+        which: Which,
+        /// Hash of the frame that was adjusted.
+        sha256: String,
+        /// How.
+        adjustment: Adjustment,
+        /// The pixels to show.
+        pixels: RgbImage,
+    },
+    /// A folder of frames was listed, or not.
+    Folder(Result<FrameSequence, String>),
+    /// The work ended without an answer.
+    Died(String),
+}
+
+/// Shared between a job and the window.
+#[derive(Debug, Default)]
+pub struct Progress {
+    permille: AtomicU32,
+    cancelled: AtomicBool,
+}
+
+impl Progress {
+    /// Says how much is done, 0 to 1.
+    pub fn set(&self, share: f64) {
+        self.permille.store((share.clamp(0.0, 1.0) * 1000.0) as u32, Ordering::Relaxed);
+    }
+
+    /// How much is done, 0 to 1.
+    pub fn share(&self) -> f32 {
+        self.permille.load(Ordering::Relaxed) as f32 / 1000.0
+    }
+
+    /// Whether the person wants it to stop.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
+    }
+}
+
+/// A work under way.
+pub struct Job {
+    /// Its number.
+    pub id: u64,
+    /// What it does: "Reading first.png".
+    pub name: String,
+    /// How far it is.
+    pub progress: Arc<Progress>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// All work under way.
+pub struct Jobs {
+    next: u64,
+    running: Vec<Job>,
+    sender: Sender<(u64, Finished)>,
+    receiver: Receiver<(u64, Finished)>,
+}
+
+impl Default for Jobs {
+    fn default() -> Self {
+        let (sender, receiver) = channel();
+        Self { next: 0, running: Vec::new(), sender, receiver }
+    }
+}
+
+impl Jobs {
+    /// Starts a work on a thread of its own. Work that finds itself cancelled returns nothing.
+    pub fn start(
+        &mut self,
+        ctx: &egui::Context,
+        name: impl Into<String>,
+        work: impl FnOnce(&Progress) -> Option<Finished> + Send + 'static,
+    ) {
+        let (id, name) = (self.next, name.into());
+        self.next += 1;
+        let progress = Arc::new(Progress::default());
+        let (sender, ctx, shared) = (self.sender.clone(), ctx.clone(), Arc::clone(&progress));
+        let thread = std::thread::Builder::new().name(name.clone()).spawn(move || {
+            if let Some(answer) = work(&shared) {
+                // The window may be gone; then nobody waits for the answer.
+                let _ = sender.send((id, answer));
+            }
+            ctx.request_repaint();
+        });
+        match thread {
+            Ok(thread) => self.running.push(Job { id, name, progress, thread: Some(thread) }),
+            Err(e) => _ = self.sender.send((id, Finished::Died(format!("{name}: no thread could be started ({e})")))),
+        }
+    }
+
+    /// The works under way.
+    pub fn running(&self) -> &[Job] {
+        &self.running
+    }
+
+    /// Asks a work to stop; what it brings back later is dropped.
+    pub fn cancel(&mut self, id: u64) {
+        if let Some(at) = self.running.iter().position(|j| j.id == id) {
+            self.running.remove(at).progress.cancelled.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// What has been brought back since the last call.
+    pub fn poll(&mut self) -> Vec<Finished> {
+        let mut ended: Vec<usize> = Vec::new();
+        for (at, job) in self.running.iter().enumerate() {
+            if job.thread.as_ref().is_none_or(JoinHandle::is_finished) {
+                ended.push(at);
+            }
+        }
+        // Threads first, channel second: the answer of a thread that has ended is then certainly in the channel.
+        let mut answers: Vec<(u64, Finished)> = self.receiver.try_iter().collect();
+        for at in ended.into_iter().rev() {
+            let mut job = self.running.remove(at);
+            let failed = job.thread.take().is_some_and(|t| t.join().is_err());
+            if failed {
+                answers
+                    .push((job.id, Finished::Died(format!("{} stopped unexpectedly; nothing was changed", job.name))));
+            }
+        }
+        answers.into_iter().map(|(_, answer)| answer).collect()
+    }
+
+    /// Waits until every work has ended: for tests, which then see the answers in the next frame.
+    pub fn wait(&mut self) {
+        for job in &mut self.running {
+            while job.thread.as_ref().is_some_and(|t| !t.is_finished()) {
+                std::thread::yield_now();
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_job_that_panics_is_a_sentence_and_a_cancelled_one_is_silent() {
+        let (ctx, mut jobs) = (egui::Context::default(), Jobs::default());
+        jobs.start(&ctx, "Breaking", |_| panic!("on purpose"));
+        jobs.wait();
+        let answers = jobs.poll();
+        assert!(matches!(&answers[..], [Finished::Died(text)] if text.starts_with("Breaking stopped")), "{answers:?}");
+        assert!(jobs.running().is_empty());
+
+        let (open, gate) = channel::<()>();
+        jobs.start(&ctx, "Waiting", move |p| {
+            gate.recv().ok();
+            (!p.is_cancelled()).then(|| Finished::Died("not cancelled".into()))
+        });
+        let id = jobs.running()[0].id;
+        jobs.cancel(id);
+        open.send(()).unwrap();
+        assert!(jobs.running().is_empty() && jobs.poll().is_empty());
+    }
+}

@@ -1,0 +1,111 @@
+//! How points are drawn: the shape tells what is known of them, the colour what kind they are.
+
+use egui::epaint::{CircleShape, PathShape, PathStroke};
+use egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, Vec2};
+
+use super::points::{Kind, Look};
+use crate::gui::theme::on_picture;
+
+/// Half the size of a mark, ui points.
+const RADIUS: f32 = 5.0;
+
+/// Colour of a kind of point.
+pub fn colour(kind: Kind) -> Color32 {
+    match kind {
+        Kind::Landmark => on_picture::LANDMARK,
+        Kind::Feature => on_picture::FEATURE,
+        Kind::Still => on_picture::STILL,
+        Kind::Fixed => on_picture::FIXED,
+    }
+}
+
+/// Draws a point: circle = marked, diamond = uncertain, crossed circle = occluded, square = locked, dashed circle =
+/// predicted, small plus = unset. The middle stays free, so that the skin under it can be seen.
+pub fn paint(painter: &Painter, at: Pos2, look: Look, kind: Kind, selected: bool, hovered: bool) {
+    let colour = colour(kind);
+    let radius = if selected { RADIUS + 1.5 } else { RADIUS };
+    if selected || hovered {
+        let strong = if selected { 2.0 } else { 1.5 };
+        painter.circle_stroke(at, radius + 4.5, Stroke::new(strong + 1.5, on_picture::HALO));
+        painter.circle_stroke(at, radius + 4.5, Stroke::new(strong, on_picture::SELECTED));
+    }
+    for (stroke, filled) in [(Stroke::new(4.0, on_picture::HALO), false), (Stroke::new(1.8, colour), true)] {
+        outline(painter, at, radius, look, stroke);
+        if filled && look.is_mark() && look != Look::Occluded {
+            painter.circle_filled(at, 1.3, colour);
+        }
+    }
+}
+
+fn outline(painter: &Painter, at: Pos2, r: f32, look: Look, stroke: Stroke) {
+    match look {
+        Look::Unset => {
+            painter.hline(at.x - r * 0.6..=at.x + r * 0.6, at.y, stroke);
+            painter.vline(at.x, at.y - r * 0.6..=at.y + r * 0.6, stroke);
+        }
+        Look::Predicted => dashed_circle(painter, at, r, stroke),
+        Look::Marked => _ = painter.add(CircleShape::stroke(at, r, stroke)),
+        Look::Uncertain => {
+            let r = r * 1.25;
+            let corners = [Vec2::new(0.0, -r), Vec2::new(r, 0.0), Vec2::new(0.0, r), Vec2::new(-r, 0.0)];
+            painter.add(PathShape::closed_line(corners.map(|c| at + c).to_vec(), PathStroke::from(stroke)));
+        }
+        Look::Occluded => {
+            painter.circle_stroke(at, r, stroke);
+            let d = Vec2::splat(r * 0.7);
+            painter.line_segment([at - d, at + d], stroke);
+            let d = Vec2::new(d.x, -d.y);
+            painter.line_segment([at - d, at + d], stroke);
+        }
+        Look::Locked => {
+            let square = Rect::from_center_size(at, Vec2::splat(2.0 * r - 1.0));
+            painter.rect_stroke(square, 0.0, stroke, egui::StrokeKind::Middle);
+        }
+    }
+}
+
+/// Six dashes around.
+fn dashed_circle(painter: &Painter, at: Pos2, r: f32, stroke: Stroke) {
+    let arcs = 6;
+    for k in 0..arcs {
+        let from = std::f32::consts::TAU * k as f32 / arcs as f32;
+        let points: Vec<Pos2> = (0..=4)
+            .map(|i| at + r * Vec2::angled(from + std::f32::consts::TAU * 0.6 / arcs as f32 * i as f32 / 4.0))
+            .collect();
+        painter.add(Shape::line(points, stroke));
+    }
+}
+
+/// A name beside a point, readable on any picture.
+pub fn name(painter: &Painter, at: Pos2, text: &str) {
+    let font = egui::FontId::proportional(11.0);
+    let place = at + Vec2::new(RADIUS + 5.0, -2.0);
+    let galley = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE);
+    let rect = egui::Align2::LEFT_CENTER.anchor_size(place, galley.size());
+    painter.rect_filled(rect.expand2(Vec2::new(3.0, 0.0)), 3.0, on_picture::HALO);
+    painter.galley(rect.min, galley, Color32::WHITE);
+}
+
+/// The legend: every shape and every colour with its word.
+pub fn legend_ui(ui: &mut egui::Ui) {
+    let swatch = |ui: &mut egui::Ui, look: Look, kind: Kind, word: &str| {
+        ui.horizontal(|ui| {
+            let (rect, _) = ui.allocate_exact_size(Vec2::splat(18.0), egui::Sense::hover());
+            let dark = ui.visuals().dark_mode;
+            let behind = if dark { Color32::from_gray(70) } else { Color32::from_gray(120) };
+            ui.painter().rect_filled(rect, 4.0, behind);
+            paint(ui.painter(), rect.center(), look, kind, false, false);
+            ui.label(word);
+        });
+    };
+    egui::Grid::new("legend").num_columns(2).spacing(Vec2::new(16.0, 4.0)).show(ui, |ui| {
+        let kinds = [Kind::Landmark, Kind::Feature, Kind::Still, Kind::Fixed];
+        for (i, look) in Look::ALL.into_iter().enumerate() {
+            swatch(ui, look, Kind::Feature, look.word());
+            if let Some(kind) = kinds.get(i) {
+                swatch(ui, Look::Marked, *kind, kind.word());
+            }
+            ui.end_row();
+        }
+    });
+}

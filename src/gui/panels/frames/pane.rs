@@ -1,0 +1,298 @@
+//! One frame in its pane: the picture, the wireframe and the points over it.
+
+use std::collections::BTreeSet;
+
+use egui::{Color32, CursorIcon, Key, Painter, PointerButton, Pos2, Rect, Response, Sense, Stroke, Vec2};
+
+use super::drag::{self, Target};
+use super::image_view::{ImageView, Transform};
+use super::loupe::{self, Loupe};
+use super::points::{self, ShownPoint};
+use super::{FramesView, Tool, marks, pane_message, wireframe};
+use crate::camera::Scale;
+use crate::gui::action::Menu;
+use crate::gui::action_state::ActionState;
+use crate::gui::panels::menu;
+use crate::gui::pictures::Picture;
+use crate::gui::theme::{self, on_picture};
+use crate::gui::{Command, Focus, Scene};
+use crate::project::{PointId, Which};
+
+/// How near to a point a press must be to take it, ui points.
+pub const REACH: f32 = 8.0;
+
+/// What a pane knows while it is shown.
+pub struct Pane<'a> {
+    /// What may be read.
+    pub scene: Scene<'a>,
+    /// Which frame it shows.
+    pub which: Which,
+    /// Its picture.
+    pub picture: &'a Picture,
+    /// Where it is on the screen.
+    pub rect: Rect,
+    /// Pixels to the screen.
+    pub transform: Transform,
+    /// Its points.
+    pub points: Vec<ShownPoint>,
+}
+
+impl Pane<'_> {
+    /// The nearest point within reach of a place on the screen; a mark wins over a prediction as near.
+    pub fn nearest(&self, at: Pos2) -> Option<&ShownPoint> {
+        let distance = |p: &ShownPoint| {
+            let d = self.transform.ui_from_image(p.at).distance(at);
+            if p.look.is_mark() { d - 2.0 } else { d }
+        };
+        self.points
+            .iter()
+            .filter(|p| self.transform.ui_from_image(p.at).distance(at) <= REACH)
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+}
+
+/// Shows one frame in `rect`.
+#[expect(clippy::too_many_arguments, reason = "what a panel may read, its own view, and the commands")]
+pub fn show(
+    ui: &mut egui::Ui,
+    rect: Rect,
+    scene: Scene<'_>,
+    which: Which,
+    picture: &Picture,
+    chosen: &[u32],
+    state: &ActionState,
+    view: &mut FramesView,
+    focus: &mut Focus,
+    commands: &mut Vec<Command>,
+) {
+    let id = ui.scope_id().with(("pane", which.word()));
+    let response = ui.interact(rect, id, Sense::click_and_drag());
+    let name = if which == Which::First { "First frame" } else { "Last frame" };
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Canvas, true, name));
+    view.canvases.retain(|c| *c != response.id);
+    view.canvases.push(response.id);
+    keep_keyboard(ui, &response, view, which);
+    view.panes[which as usize].rect = rect;
+
+    let painter = ui.painter().with_clip_rect(rect);
+    painter.rect_filled(rect, 0.0, theme::palette(ui.visuals()).canvas);
+    let Some(size) = picture.size() else {
+        pane_message::without_picture(ui, rect, which, picture, commands);
+        return;
+    };
+    if view.panes[which as usize].view.fitted {
+        view.panes[which as usize].view = ImageView::fit(size, rect);
+    }
+    navigate(ui, &response, which, view);
+
+    let show_landmarks = view.tool == Tool::Landmarks;
+    let mut pane = Pane {
+        scene,
+        which,
+        picture,
+        rect,
+        transform: view.panes[which as usize].view.at(rect),
+        points: points::in_frame(scene, which, chosen, show_landmarks),
+    };
+    if !view.show_marks && view.drag.is_none() {
+        pane.points.clear();
+    }
+    let space = ui.input(|i| i.key_down(Key::Space));
+    if !space {
+        drag::handle(ui, &response, &pane, chosen, view, focus, commands);
+    }
+    response.context_menu(|ui| menu::entries(ui, Menu::Point, state, commands));
+    hover(ui, &response, &pane, focus);
+    cursor(ui, &response, &pane, view, space);
+
+    let only: Option<BTreeSet<u32>> = view.wireframe.region_only.then(|| chosen.iter().copied().collect());
+    paint(&painter, &pane, view, focus, only.as_ref());
+    if !matches!(picture.status(), crate::gui::pictures::PictureStatus::Ready { changed: false }) {
+        pane_message::over_picture(ui, rect, which, picture, commands);
+    }
+    paint_loupe(ui, &response, &painter, &pane, view, focus, only.as_ref());
+    caption(&painter, rect, name, view.active == which);
+    name_points(ui, id, &pane);
+}
+
+/// The active pane has the keyboard whenever no other widget has it, and then keeps arrows and Tab to itself.
+fn keep_keyboard(ui: &egui::Ui, response: &Response, view: &FramesView, which: Which) {
+    if view.active == which && ui.memory(|m| m.focused().is_none()) && ui.is_enabled() {
+        response.request_focus();
+    }
+    let filter = egui::EventFilter { tab: true, horizontal_arrows: true, vertical_arrows: true, escape: true };
+    ui.memory_mut(|m| m.set_focus_lock_filter(response.id, filter));
+}
+
+/// Wheel and pinch zoom at the pointer; middle drag, or Space and drag, pans; double click on nothing fits.
+fn navigate(ui: &egui::Ui, response: &Response, which: Which, view: &mut FramesView) {
+    let pointer = response.hover_pos();
+    if let Some(at) = pointer {
+        let factor = ui.input(|i| f64::from(i.zoom_delta()) * (f64::from(i.smooth_scroll_delta().y) / 240.0).exp());
+        if (factor - 1.0).abs() > 1e-6 {
+            view.zoom(which, factor, at);
+        }
+    }
+    let space = ui.input(|i| i.key_down(Key::Space));
+    let panning = response.dragged_by(PointerButton::Middle) || (space && response.dragged_by(PointerButton::Primary));
+    if panning && view.drag.is_none() {
+        view.pan(which, response.drag_delta());
+    }
+}
+
+/// Lights up the point under the pointer everywhere, or else the vertex of the wireframe there.
+fn hover(ui: &egui::Ui, response: &Response, pane: &Pane<'_>, focus: &mut Focus) {
+    let Some(at) = response.hover_pos() else { return };
+    if ui.input(|i| i.pointer.any_down()) {
+        return;
+    }
+    if let Some(point) = pane.nearest(at) {
+        focus.hover(point.vertex);
+        return;
+    }
+    let near = |(v, p): (usize, [f64; 2])| {
+        let d = pane.transform.ui_from_image(p).distance(at);
+        (d <= REACH).then_some((v, d))
+    };
+    let vertices = (0..pane.scene.face.mesh().len()).map(|v| (v, points::predicted(pane.scene, pane.which, v as u32)));
+    if let Some((v, _)) = vertices.filter_map(near).min_by(|a, b| a.1.total_cmp(&b.1)) {
+        focus.hover(v as u32);
+    }
+}
+
+fn cursor(ui: &egui::Ui, response: &Response, pane: &Pane<'_>, view: &FramesView, space: bool) {
+    let Some(at) = response.hover_pos() else { return };
+    let icon = if space || ui.input(|i| i.pointer.middle_down()) {
+        CursorIcon::Grabbing
+    } else if view.drag.is_some() || view.tool.places_in(pane.which) {
+        CursorIcon::Crosshair
+    } else if pane.nearest(at).is_some() {
+        CursorIcon::Move
+    } else {
+        CursorIcon::Default
+    };
+    ui.ctx().set_cursor_icon(icon);
+}
+
+fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, only: Option<&BTreeSet<u32>>) {
+    let t = pane.transform;
+    pane.picture.tiles().paint(painter, |p| t.ui_from_image(p));
+    let outcome = pane.scene.outcome;
+    let vertices = if pane.which == Which::First { &outcome.first_in_image } else { &outcome.last_in_image };
+    if view.show_marks {
+        wireframe::paint(painter, pane.scene.face, vertices, only, &view.wireframe, |p| t.ui_from_image(p));
+    }
+    if pane.which == Which::First {
+        paint_scale(painter, pane, view);
+    }
+    let mut selected = None;
+    for point in &pane.points {
+        let at = t.ui_from_image(point.at);
+        if !painter.clip_rect().expand(16.0).contains(at) {
+            continue;
+        }
+        let is_selected = focus.selected.as_ref() == Some(&point.id);
+        let same_vertex = focus.selected_vertex() == Some(point.vertex) || focus.hovered() == Some(point.vertex);
+        if is_selected {
+            selected = Some(point);
+        } else {
+            marks::paint(painter, at, point.look, point.kind, false, same_vertex);
+        }
+        if view.show_names && !is_selected {
+            marks::name(painter, at, &point.label);
+        }
+    }
+    if let Some(point) = selected {
+        let at = t.ui_from_image(point.at);
+        marks::paint(painter, at, point.look, point.kind, true, false);
+        marks::name(painter, at, &point.label);
+    }
+    let lit = focus.hovered().filter(|v| !pane.points.iter().any(|p| p.vertex == *v));
+    if let Some(v) = lit {
+        let p = points::predicted(pane.scene, pane.which, v);
+        painter.circle_stroke(t.ui_from_image(p), 5.0, Stroke::new(3.0, on_picture::HALO));
+        painter.circle_stroke(t.ui_from_image(p), 5.0, Stroke::new(1.5, on_picture::SELECTED));
+    }
+}
+
+/// The two points of the scale, with a line between them.
+fn paint_scale(painter: &Painter, pane: &Pane<'_>, view: &FramesView) {
+    let ends = match (&view.tool, pane.scene.project.scale) {
+        (Tool::ScalePoints { first: Some(a), .. }, _) => vec![*a],
+        (_, Scale::TwoPoints { a_px, b_px, .. } | Scale::GridPitch { a_px, b_px, .. }) => vec![a_px, b_px],
+        _ => return,
+    };
+    let places: Vec<Pos2> = ends.iter().map(|p| pane.transform.ui_from_image(*p)).collect();
+    for stroke in [Stroke::new(4.0, on_picture::HALO), Stroke::new(1.6, on_picture::SCALE)] {
+        if let [a, b] = places[..] {
+            painter.line_segment([a, b], stroke);
+        }
+        for &at in &places {
+            painter.line_segment([at - Vec2::splat(5.0), at + Vec2::splat(5.0)], stroke);
+            painter.line_segment([at - Vec2::new(5.0, -5.0), at + Vec2::new(5.0, -5.0)], stroke);
+        }
+    }
+}
+
+fn paint_loupe(
+    ui: &egui::Ui,
+    response: &Response,
+    painter: &Painter,
+    pane: &Pane<'_>,
+    view: &FramesView,
+    focus: &Focus,
+    only: Option<&BTreeSet<u32>>,
+) {
+    let dragged = view.drag.as_ref().filter(|d| d.which == pane.which && d.began);
+    let (at, colour) = match (dragged, response.hover_pos()) {
+        (Some(d), _) => match &d.target {
+            Target::Point(id) => (d.at, colour_of(pane, id)),
+            Target::ScaleEnd(_) => (d.at, on_picture::SCALE),
+        },
+        (None, Some(pointer)) if view.loupe.always && !ui.input(|i| i.pointer.any_down()) => (
+            pane.transform.image_from_ui(pointer),
+            focus.selected.as_ref().map_or(Color32::WHITE, |id| colour_of(pane, id)),
+        ),
+        _ => return,
+    };
+    let outcome = pane.scene.outcome;
+    let in_image = if pane.which == Which::First { &outcome.first_in_image } else { &outcome.last_in_image };
+    let shown = Loupe {
+        tiles: pane.picture.tiles(),
+        face: pane.scene.face,
+        in_image,
+        only,
+        wireframe: &view.wireframe,
+        at,
+        colour,
+    };
+    loupe::paint(painter, pane.rect, pane.transform.ui_from_image(at), view.loupe, &shown);
+}
+
+fn colour_of(pane: &Pane<'_>, id: &PointId) -> Color32 {
+    pane.points.iter().find(|p| &p.id == id).map_or(on_picture::LANDMARK, |p| marks::colour(p.kind))
+}
+
+fn caption(painter: &Painter, rect: Rect, name: &str, active: bool) {
+    let font = egui::FontId::proportional(12.0);
+    let colour = if active { Color32::WHITE } else { Color32::from_gray(205) };
+    let galley = painter.layout_no_wrap(name.to_owned(), font, colour);
+    let at = rect.left_top() + Vec2::new(10.0, 8.0);
+    let behind = Rect::from_min_size(at, galley.size()).expand2(Vec2::new(6.0, 3.0));
+    painter.rect_filled(behind, 4.0, Color32::from_black_alpha(150));
+    painter.galley(at, galley, colour);
+}
+
+/// Gives every point a name that a screen reader, and a test, can find.
+fn name_points(ui: &egui::Ui, pane_id: egui::Id, pane: &Pane<'_>) {
+    for point in &pane.points {
+        let at = pane.transform.ui_from_image(point.at);
+        if !pane.rect.contains(at) {
+            continue;
+        }
+        let rect = Rect::from_center_size(at, Vec2::splat(2.0 * REACH));
+        let response =
+            ui.interact(rect, pane_id.with(&point.label).with(point.kind == points::Kind::Landmark), Sense::hover());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsSymbol, true, point.spoken(pane.which)));
+    }
+}

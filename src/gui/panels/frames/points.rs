@@ -1,0 +1,206 @@
+//! The points that a pane shows: where they are, what is known of them, and what they are called.
+
+use std::collections::BTreeSet;
+
+use crate::gui::Scene;
+use crate::project::{MarkState, PointId, Role, Which};
+
+/// Id of the region whose vertices are still points.
+pub const STILL_REGION: &str = "still";
+
+/// What is known of a point. Told apart by shape as well as by colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Look {
+    /// No mark, and nothing to predict it from.
+    Unset,
+    /// No mark; the place is computed. Never data.
+    Predicted,
+    /// Marked.
+    Marked,
+    /// Marked in doubt.
+    Uncertain,
+    /// Not visible.
+    Occluded,
+    /// Marked and protected.
+    Locked,
+}
+
+impl Look {
+    /// All of them, for the legend.
+    pub const ALL: [Self; 6] =
+        [Self::Unset, Self::Predicted, Self::Marked, Self::Uncertain, Self::Occluded, Self::Locked];
+
+    /// "marked".
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Unset => "unset",
+            Self::Predicted => "predicted",
+            Self::Marked => "marked",
+            Self::Uncertain => "uncertain",
+            Self::Occluded => "occluded",
+            Self::Locked => "locked",
+        }
+    }
+
+    fn of(state: MarkState) -> Self {
+        match state {
+            MarkState::Marked => Self::Marked,
+            MarkState::Uncertain => Self::Uncertain,
+            MarkState::Occluded => Self::Occluded,
+            MarkState::Locked => Self::Locked,
+        }
+    }
+
+    /// Whether a hand has put it there.
+    pub fn is_mark(self) -> bool {
+        self >= Self::Marked
+    }
+}
+
+/// What kind of point it is; the colour tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A landmark.
+    Landmark,
+    /// A feature point of ordinary skin.
+    Feature,
+    /// A still point.
+    Still,
+    /// A fixed point.
+    Fixed,
+}
+
+impl Kind {
+    /// "landmark".
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Landmark => "landmark",
+            Self::Feature => "point",
+            Self::Still => "still point",
+            Self::Fixed => "fixed point",
+        }
+    }
+}
+
+/// A point of a pane.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShownPoint {
+    /// Which point.
+    pub id: PointId,
+    /// Its vertex.
+    pub vertex: u32,
+    /// Where it is, px: the mark, or the predicted place.
+    pub at: [f64; 2],
+    /// What is known of it.
+    pub look: Look,
+    /// What kind it is.
+    pub kind: Kind,
+    /// Short name drawn beside it.
+    pub label: String,
+}
+
+impl ShownPoint {
+    /// Name for screen readers and tests: "landmark nose_tip, first frame, marked".
+    pub fn spoken(&self, which: Which) -> String {
+        format!("{} {}, {} frame, {}", self.kind.word(), self.label, which.word(), self.look.word())
+    }
+}
+
+/// What kind of point a feature vertex is: as the project says, or as the regions propose while it is untouched.
+pub fn kind_of(scene: Scene<'_>, vertex: u32) -> Kind {
+    match scene.project.features.get(&vertex) {
+        Some(f) => match f.role {
+            Role::Skin => Kind::Feature,
+            Role::Still => Kind::Still,
+            Role::Fixed => Kind::Fixed,
+        },
+        None if scene.face.region(STILL_REGION).contains(&vertex) => Kind::Still,
+        None => Kind::Feature,
+    }
+}
+
+/// The vertices to mark: those of the ticked regions in marking order, then those that the project knows besides.
+pub fn chosen_vertices(scene: Scene<'_>, regions: &BTreeSet<String>) -> Vec<u32> {
+    let mut seen = BTreeSet::new();
+    let ticked = scene.face.regions().iter().filter(|r| regions.contains(&r.id));
+    ticked
+        .flat_map(|r| r.vertices.iter().copied())
+        .chain(scene.project.features.keys().copied())
+        .filter(|&v| (v as usize) < scene.face.mesh().len() && seen.insert(v))
+        .collect()
+}
+
+/// The points of a pane. `unmarked_landmarks`: whether landmarks without a mark are shown at their predicted places.
+pub fn in_frame(scene: Scene<'_>, which: Which, chosen: &[u32], unmarked_landmarks: bool) -> Vec<ShownPoint> {
+    let project = scene.project;
+    let mut points = Vec::with_capacity(chosen.len() + 32);
+    let mut taken = BTreeSet::new();
+    if which == Which::First {
+        for l in scene.face.landmarks() {
+            let mark = project.landmarks.get(&l.id);
+            if mark.is_none() && !unmarked_landmarks {
+                continue;
+            }
+            taken.insert(l.vertex);
+            points.push(ShownPoint {
+                id: PointId::Landmark(l.id.clone()),
+                vertex: l.vertex,
+                at: mark.map_or_else(|| predicted(scene, which, l.vertex), |m| m.at_px),
+                look: mark.map_or_else(|| landmark_without_mark(scene), |m| Look::of(m.state)),
+                kind: Kind::Landmark,
+                label: l.id.clone(),
+            });
+        }
+    }
+    for &v in chosen {
+        let feature = project.features.get(&v);
+        let mark = feature.and_then(|f| if which == Which::First { f.first } else { f.last });
+        if mark.is_none() && taken.contains(&v) {
+            continue;
+        }
+        points.push(ShownPoint {
+            id: if which == Which::First { PointId::FeatureFirst(v) } else { PointId::FeatureLast(v) },
+            vertex: v,
+            at: mark.map_or_else(|| predicted(scene, which, v), |m| m.at_px),
+            look: mark.map_or(Look::Predicted, |m| Look::of(m.state)),
+            kind: kind_of(scene, v),
+            label: v.to_string(),
+        });
+    }
+    points.retain(|p| p.at.iter().all(|c| c.is_finite()));
+    points
+}
+
+/// Where the chain puts a vertex in a frame, px.
+pub fn predicted(scene: Scene<'_>, which: Which, vertex: u32) -> [f64; 2] {
+    let list = if which == Which::First { &scene.outcome.first_in_image } else { &scene.outcome.last_in_image };
+    list.get(vertex as usize).map_or([f64::NAN; 2], |p| [p.x, p.y])
+}
+
+/// Fewer placed landmarks than this fix neither place nor size of the face, so there is nothing to predict from.
+pub const LANDMARKS_TO_PREDICT: usize = 3;
+
+fn landmark_without_mark(scene: Scene<'_>) -> Look {
+    if scene.project.landmarks.len() >= LANDMARKS_TO_PREDICT { Look::Predicted } else { Look::Unset }
+}
+
+/// What is known of a point, and where it is, px.
+pub fn of(scene: Scene<'_>, id: &PointId) -> Option<(Look, [f64; 2])> {
+    let mark = crate::project::edit::mark(scene.project, id);
+    if let Some(m) = mark {
+        return Some((Look::of(m.state), m.at_px));
+    }
+    let (which, vertex) = place(scene, id)?;
+    let look = if matches!(id, PointId::Landmark(_)) { landmark_without_mark(scene) } else { Look::Predicted };
+    let at = predicted(scene, which, vertex);
+    at.iter().all(|c| c.is_finite()).then_some((look, at))
+}
+
+/// The frame and the vertex of a point.
+pub fn place(scene: Scene<'_>, id: &PointId) -> Option<(Which, u32)> {
+    match id {
+        PointId::Landmark(id) => scene.face.landmark(id).map(|l| (Which::First, l.vertex)),
+        PointId::FeatureFirst(v) => Some((Which::First, *v)),
+        PointId::FeatureLast(v) => Some((Which::Last, *v)),
+    }
+}

@@ -1,0 +1,261 @@
+//! The table of points: what is known of each, where it is, how well it fits, and what force it carries.
+
+use egui::{Align2, FontId, Rect, RichText, Sense, Vec2};
+
+use super::marks;
+use super::points::{self, Kind, Look};
+use crate::displacement::VertexState;
+use crate::gui::{Command, Focus, Scene, theme};
+use crate::project::{PointId, edit};
+
+/// How the table is sorted and what it lists.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TableView {
+    list: List,
+    column: usize,
+    descending: bool,
+}
+
+/// What is listed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum List {
+    #[default]
+    All,
+    Landmarks,
+    Features,
+    Still,
+}
+
+/// A row.
+struct Row {
+    id: PointId,
+    vertex: u32,
+    look: Look,
+    kind: Kind,
+    name: String,
+    /// x and y of the first frame, x and y of the last, residual, displacement, force, its error.
+    numbers: [Option<f64>; 8],
+}
+
+/// Titles, widths (ui points; the first takes what is left) and decimals of the columns.
+const COLUMNS: [(&str, f32, usize); 10] = [
+    ("Point", 0.0, 0),
+    ("State", 76.0, 0),
+    ("First x px", 74.0, 1),
+    ("First y px", 74.0, 1),
+    ("Last x px", 74.0, 1),
+    ("Last y px", 74.0, 1),
+    ("Residual px", 82.0, 2),
+    ("Moved mm", 74.0, 2),
+    ("Force", 84.0, 4),
+    ("± error", 74.0, 4),
+];
+
+/// Height of a row, ui points.
+const ROW: f32 = 20.0;
+
+/// Shows the table.
+pub fn show(
+    ui: &mut egui::Ui,
+    scene: Scene<'_>,
+    chosen: &[u32],
+    view: &mut TableView,
+    focus: &mut Focus,
+    commands: &mut Vec<Command>,
+) {
+    let mut rows = rows(scene, chosen, view.list);
+    sort(&mut rows, *view);
+    let counts = rows.len();
+    ui.add_space(2.0);
+    ui.horizontal(|ui| {
+        for (list, title) in [
+            (List::All, "All"),
+            (List::Landmarks, "Landmarks"),
+            (List::Features, "Feature points"),
+            (List::Still, "Still points"),
+        ] {
+            ui.selectable_value(&mut view.list, list, title);
+        }
+        ui.label(RichText::new(format!("{counts} points")).weak());
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            ui.label(RichText::new("Predicted places are never data.").small().weak());
+        });
+    });
+    let lefts = columns(ui.available_width() - 10.0);
+    header(ui, scene, view, &lefts);
+    ui.spacing_mut().item_spacing.y = 0.0;
+    egui::ScrollArea::vertical().auto_shrink(false).show_rows(ui, ROW, rows.len(), |ui, shown| {
+        for row in rows.get(shown).unwrap_or_default() {
+            show_row(ui, row, &lefts, focus, commands);
+        }
+    });
+}
+
+/// Left edges of the columns, and the right edge of the last.
+fn columns(width: f32) -> Vec<f32> {
+    let fixed: f32 = COLUMNS.iter().map(|c| c.1).sum();
+    let mut at = (width - fixed).max(110.0);
+    let mut lefts = vec![0.0];
+    for (_, w, _) in &COLUMNS[1..] {
+        lefts.push(at);
+        at += w;
+    }
+    lefts.push(at);
+    lefts
+}
+
+fn header(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut TableView, lefts: &[f32]) {
+    let (rect, _) = ui.allocate_exact_size(Vec2::new(ui.available_width(), ROW + 2.0), Sense::hover());
+    let unit = scene.outcome.unit();
+    for (i, (title, ..)) in COLUMNS.iter().enumerate() {
+        let title = if i >= 8 { format!("{title} {unit}") } else { (*title).to_owned() };
+        let cell = Rect::from_x_y_ranges(rect.left() + lefts[i]..=rect.left() + lefts[i + 1], rect.y_range());
+        let response = ui.interact(cell, ui.scope_id().with(("column", i)), Sense::click());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("Sort by {title}")));
+        if response.clicked() {
+            (view.descending, view.column) = (view.column == i && !view.descending, i);
+        }
+        let sorted = view.column == i;
+        let colour = if sorted || response.hovered() {
+            ui.visuals().strong_text_color()
+        } else {
+            ui.visuals().weak_text_color()
+        };
+        let arrow = if !sorted {
+            ""
+        } else if view.descending {
+            " ⏷"
+        } else {
+            " ⏶"
+        };
+        let (anchor, at) = cell_anchor(i, cell);
+        ui.painter().with_clip_rect(cell).text(at, anchor, title + arrow, FontId::proportional(11.0), colour);
+    }
+    ui.painter().hline(rect.x_range(), rect.bottom(), ui.visuals().widgets.noninteractive.bg_stroke);
+}
+
+/// Words to the left, numbers to the right.
+fn cell_anchor(column: usize, cell: Rect) -> (Align2, egui::Pos2) {
+    if column < 2 {
+        (Align2::LEFT_CENTER, cell.left_center() + Vec2::new(6.0, 0.0))
+    } else {
+        (Align2::RIGHT_CENTER, cell.right_center() - Vec2::new(8.0, 0.0))
+    }
+}
+
+fn show_row(ui: &mut egui::Ui, row: &Row, lefts: &[f32], focus: &mut Focus, commands: &mut Vec<Command>) {
+    let (rect, response) = ui.allocate_exact_size(Vec2::new(ui.available_width(), ROW), Sense::click());
+    let spoken = format!("Row {}, {}", row.name, row.look.word());
+    response.widget_info(|| egui::WidgetInfo::selected(egui::Role::ListBoxOption, true, false, &spoken));
+    let selected = focus.selected.as_ref() == Some(&row.id)
+        || focus.selected_vertex() == Some(row.vertex) && row.kind != Kind::Landmark;
+    let visuals = ui.visuals();
+    if selected {
+        ui.painter().rect_filled(rect, 3.0, visuals.selection.bg_fill);
+    } else if response.hovered() || focus.hovered() == Some(row.vertex) {
+        ui.painter().rect_filled(rect, 3.0, visuals.widgets.hovered.weak_bg_fill.gamma_multiply(0.6));
+    }
+    if response.hovered() {
+        focus.hover(row.vertex);
+    }
+    if response.clicked() {
+        commands.push(Command::JumpTo(row.id.clone()));
+    }
+    let (text, weak) = (visuals.text_color(), visuals.weak_text_color());
+    let quiet = !row.look.is_mark();
+    for i in 0..COLUMNS.len() {
+        let cell = Rect::from_x_y_ranges(rect.left() + lefts[i]..=rect.left() + lefts[i + 1], rect.y_range());
+        let (anchor, mut at) = cell_anchor(i, cell);
+        let words = match i {
+            0 => {
+                let dot = cell.left_center() + Vec2::new(13.0, 0.0);
+                ui.painter().circle_filled(dot, 4.0, marks::colour(row.kind));
+                ui.painter().circle_stroke(dot, 4.0, egui::Stroke::new(1.0, theme::on_picture::HALO));
+                at.x += 20.0;
+                row.name.clone()
+            }
+            1 => row.look.word().to_owned(),
+            _ => row.numbers[i - 2].map_or_else(|| "–".to_owned(), |n| format!("{n:.*}", COLUMNS[i].2)),
+        };
+        let font = if i < 2 { FontId::proportional(12.5) } else { FontId::monospace(11.5) };
+        let colour = if quiet && i > 0 { weak } else { text };
+        ui.painter().with_clip_rect(cell.intersect(ui.clip_rect())).text(at, anchor, words, font, colour);
+    }
+}
+
+fn rows(scene: Scene<'_>, chosen: &[u32], list: List) -> Vec<Row> {
+    let mut rows = Vec::new();
+    if matches!(list, List::All | List::Landmarks) {
+        for l in scene.face.landmarks() {
+            let id = PointId::Landmark(l.id.clone());
+            let Some((look, at)) = points::of(scene, &id) else { continue };
+            let shown = look.is_mark();
+            let residual = scene.outcome.fit.residuals_before_px.iter().find(|(r, _)| r == &l.id).map(|(_, px)| *px);
+            rows.push(Row {
+                vertex: l.vertex,
+                look,
+                kind: Kind::Landmark,
+                name: l.name.clone(),
+                numbers: [shown.then_some(at[0]), shown.then_some(at[1]), None, None, residual, None, None, None],
+                id,
+            });
+        }
+    }
+    if list == List::Landmarks {
+        return rows;
+    }
+    for &v in chosen {
+        let kind = points::kind_of(scene, v);
+        if list == List::Still && kind != Kind::Still || list == List::Features && kind != Kind::Feature {
+            continue;
+        }
+        rows.push(feature_row(scene, v, kind));
+    }
+    rows
+}
+
+fn feature_row(scene: Scene<'_>, v: u32, kind: Kind) -> Row {
+    let id = PointId::FeatureLast(v);
+    let (look, _) = points::of(scene, &id).unwrap_or((Look::Unset, [f64::NAN; 2]));
+    let first = points::predicted(scene, crate::project::Which::First, v);
+    let mark = edit::mark(scene.project, &id);
+    let o = scene.outcome;
+    let i = v as usize;
+    let state = o.states.get(i).copied().unwrap_or_default();
+    let moved = o.first.get(i).zip(o.last.get(i)).map(|(a, b)| (b - a).norm()).filter(|_| state.is_known());
+    let believed = matches!(state, VertexState::Measured | VertexState::Inferred);
+    let finite = |x: f64| x.is_finite().then_some(x);
+    Row {
+        vertex: v,
+        look,
+        kind,
+        name: format!("{} {v}", kind.word()),
+        numbers: [
+            finite(first[0]),
+            finite(first[1]),
+            mark.map(|m| m.at_px[0]),
+            mark.map(|m| m.at_px[1]),
+            None,
+            moved,
+            o.field.force.get(i).map(nalgebra::Vector3::norm).filter(|_| believed),
+            o.field.sigma.get(i).copied().filter(|_| believed),
+        ],
+        id,
+    }
+}
+
+fn sort(rows: &mut [Row], view: TableView) {
+    match view.column {
+        // The order of marking, or that order turned round.
+        0 => {}
+        1 => rows.sort_by_key(|r| r.look),
+        c => rows.sort_by(|a, b| {
+            // What has no number stands last either way.
+            let key = |r: &Row| r.numbers[c - 2].map(|n| if view.descending { -n } else { n }).unwrap_or(f64::INFINITY);
+            key(a).total_cmp(&key(b))
+        }),
+    }
+    if view.column < 2 && view.descending {
+        rows.reverse();
+    }
+}

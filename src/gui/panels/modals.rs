@@ -1,0 +1,156 @@
+//! The dialogs inside the window.
+
+use std::path::PathBuf;
+
+use egui::{Id, RichText};
+
+use super::sequence;
+use crate::gui::action::{HELD, Menu, TABLE};
+use crate::gui::dialogs::Purpose;
+use crate::gui::modal::Modal;
+use crate::gui::{Command, theme};
+
+/// Shows the open dialog; false when it is to be closed.
+pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>) -> bool {
+    let mut close = false;
+    let shown = egui::Modal::new(Id::unique("modal")).show(ctx, |ui| {
+        ui.set_width(if matches!(modal, Modal::Keys) { 640.0 } else { 440.0 });
+        ui.label(RichText::new(title(modal)).heading().strong());
+        ui.add_space(6.0);
+        close = match modal {
+            Modal::Error { text, .. } => {
+                ui.label(text.as_str());
+                ui.add_space(8.0);
+                ui.button("Close").clicked()
+            }
+            Modal::Unsaved(after) => {
+                ui.label("The project has changes that are not saved.");
+                ui.add_space(8.0);
+                let mut chosen = false;
+                ui.horizontal(|ui| {
+                    if primary(ui, "Save").clicked() {
+                        commands.push(Command::SaveThen(after.clone()));
+                        chosen = true;
+                    }
+                    if ui.button("Discard").clicked() {
+                        commands.push(Command::Proceed(after.clone()));
+                        chosen = true;
+                    }
+                    chosen |= ui.button("Cancel").clicked();
+                });
+                chosen
+            }
+            Modal::Recover { when, .. } => {
+                ui.label(format!("Work that was not saved was found{when}. It is newer than the project's file."));
+                ui.add_space(8.0);
+                let mut chosen = false;
+                ui.horizontal(|ui| {
+                    if primary(ui, "Recover it").clicked() {
+                        commands.push(Command::Recover(true));
+                        chosen = true;
+                    }
+                    if ui.button("Throw it away").clicked() {
+                        commands.push(Command::Recover(false));
+                        chosen = true;
+                    }
+                });
+                chosen
+            }
+            Modal::Path { purpose, typed } => path(ui, purpose, typed, commands),
+            Modal::Sequence(view) => sequence::show(ui, view, commands),
+            Modal::Keys => keys(ui),
+            Modal::About => about(ui),
+        };
+    });
+    // Unsaved work is never answered by a click beside the dialog.
+    let must_answer = matches!(modal, Modal::Recover { .. });
+    !(close || !must_answer && shown.should_close())
+}
+
+fn title(modal: &Modal) -> &str {
+    match modal {
+        Modal::Error { title, .. } => title,
+        Modal::Unsaved(_) => "Save changes?",
+        Modal::Recover { .. } => "Recover unsaved work?",
+        Modal::Path { purpose, .. } => purpose.title(),
+        Modal::Sequence(_) => "First and last frame",
+        Modal::Keys => "Keys",
+        Modal::About => "Frontalis",
+    }
+}
+
+fn primary(ui: &mut egui::Ui, label: &str) -> egui::Response {
+    let p = theme::palette(ui.visuals());
+    ui.add(egui::Button::new(RichText::new(label).color(p.on_accent)).fill(p.accent))
+}
+
+fn path(ui: &mut egui::Ui, purpose: &Purpose, typed: &mut String, commands: &mut Vec<Command>) -> bool {
+    ui.label("This system offers no file dialog. Type the path, or drop the file on the window.");
+    let lines = if *purpose == Purpose::Frames { 2 } else { 1 };
+    let edit =
+        egui::TextEdit::multiline(typed).desired_rows(lines).desired_width(f32::INFINITY).hint_text("/path/to/file");
+    let response = ui.add(edit);
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, true, "Path"));
+    if *purpose == Purpose::Frames {
+        ui.label(RichText::new("Two lines: the first frame, then the last.").weak());
+    }
+    ui.add_space(8.0);
+    let mut close = false;
+    ui.horizontal(|ui| {
+        let files: Vec<PathBuf> = typed.lines().map(str::trim).filter(|l| !l.is_empty()).map(PathBuf::from).collect();
+        if ui.add_enabled(!files.is_empty(), egui::Button::new("Go on")).clicked() {
+            commands.push(Command::FilesChosen(purpose.clone(), files));
+            close = true;
+        }
+        close |= ui.button("Cancel").clicked();
+    });
+    close
+}
+
+/// Every key, in two columns, from the table.
+fn keys(ui: &mut egui::Ui) -> bool {
+    egui::ScrollArea::vertical().max_height(ui.ctx().content_rect().height() - 180.0).show(ui, |ui| {
+        ui.columns(2, |columns| {
+            let line = |ui: &mut egui::Ui, key: &str, what: &str| {
+                ui.horizontal(|ui| {
+                    ui.allocate_ui_with_layout(
+                        egui::vec2(112.0, 18.0),
+                        egui::Layout::left_to_right(egui::Align::Center),
+                        |ui| {
+                            ui.set_min_width(112.0);
+                            ui.label(RichText::new(key).monospace().size(11.0));
+                        },
+                    );
+                    ui.add(egui::Label::new(what).wrap());
+                });
+            };
+            for (i, menu) in
+                [Menu::File, Menu::Edit, Menu::View, Menu::Help, Menu::Point, Menu::Nudge].into_iter().enumerate()
+            {
+                let ui = &mut columns[usize::from(i > 3)];
+                ui.label(RichText::new(menu.title()).strong());
+                for spec in TABLE.iter().filter(|s| s.menu == menu && !s.keys.is_empty()) {
+                    let keys: Vec<String> = spec.keys.iter().take(2).map(|k| k.text()).collect();
+                    line(ui, &keys.join("  "), spec.label);
+                }
+                ui.add_space(8.0);
+            }
+            let ui = &mut columns[1];
+            ui.label(RichText::new("On a frame").strong());
+            for (key, what) in HELD {
+                line(ui, key, what);
+            }
+        });
+    });
+    ui.add_space(6.0);
+    ui.button("Close").clicked()
+}
+
+fn about(ui: &mut egui::Ui) -> bool {
+    ui.label(format!("Version {}", env!("CARGO_PKG_VERSION")));
+    ui.label("Measures the muscle forces of a facial expression from its first and its last frame.");
+    ui.label("The method is that of Ağdoğan's thesis (2015); every equation is listed in docs/equations.md.");
+    ui.label(RichText::new("MIT or Apache-2.0").weak());
+    ui.add_space(8.0);
+    ui.button("Close").clicked()
+}

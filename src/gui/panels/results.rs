@@ -1,0 +1,150 @@
+//! What came out, in numbers: the fit, the head's motion, the forces with their self-check, and everything to heed.
+
+use egui::RichText;
+
+use crate::gui::{Command, Focus, Scene, theme};
+use crate::pipeline::Warning;
+use crate::project::PointId;
+
+/// Shows the numbers.
+pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, focus: &mut Focus, commands: &mut Vec<Command>) {
+    warnings(ui, scene, commands);
+    let o = scene.outcome;
+    heading(ui, "Landmark fit");
+    grid(ui, "fit", |ui| {
+        row(ui, "Landmarks placed", format!("{} of {}", o.fit.placed, o.fit.of), "");
+        row(
+            ui,
+            "Residual before the morph",
+            format!("{:.2} px", o.fit.rms_before_px),
+            "Root mean square distance of the landmarks from their marks after alignment and scaling.",
+        );
+        row(
+            ui,
+            "Residual after the morph",
+            format!("{:.1e} px", o.fit.rms_after_px),
+            "Rounding error, or something is wrong.",
+        );
+        let [x, y, z] = o.fit.scale;
+        row(ui, "Scale of the face x, y, z", format!("{x:.3}, {y:.3}, {z:.3}"), "Of the generic face along its axes.");
+    });
+    heading(ui, "Head motion");
+    head(ui, scene);
+    heading(ui, "Forces");
+    forces(ui, scene, focus, commands);
+}
+
+fn heading(ui: &mut egui::Ui, text: &str) {
+    ui.add_space(8.0);
+    ui.label(RichText::new(text).strong());
+}
+
+fn grid(ui: &mut egui::Ui, id: &str, rows: impl FnOnce(&mut egui::Ui)) {
+    egui::Grid::new(id).num_columns(2).spacing([12.0, 4.0]).min_col_width(120.0).show(ui, rows);
+}
+
+fn row(ui: &mut egui::Ui, label: &str, value: String, tooltip: &str) {
+    let label = ui.label(RichText::new(label).weak());
+    let value = ui.label(RichText::new(value).monospace());
+    if !tooltip.is_empty() {
+        label.on_hover_text(tooltip);
+        value.on_hover_text(tooltip);
+    }
+    ui.end_row();
+}
+
+/// The warnings, each a plain sentence, with a jump to the guilty vertex where there is one.
+pub fn warnings(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
+    let p = theme::palette(ui.visuals());
+    if scene.outcome.warnings.is_empty() {
+        ui.colored_label(p.good, "Nothing to warn of.");
+        return;
+    }
+    for warning in &scene.outcome.warnings {
+        egui::Frame::NONE.fill(p.card).stroke(egui::Stroke::new(1.0, p.line)).corner_radius(5).inner_margin(8).show(
+            ui,
+            |ui| {
+                ui.set_width(ui.available_width());
+                ui.label(RichText::new(warning.to_string()).color(p.warn));
+                if let Warning::Folded { vertex, frame, .. } = warning
+                    && ui.small_button(format!("Go to vertex {vertex}")).clicked()
+                {
+                    let id =
+                        if *frame == "first" { PointId::FeatureFirst(*vertex) } else { PointId::FeatureLast(*vertex) };
+                    commands.push(Command::JumpTo(id));
+                }
+            },
+        );
+    }
+}
+
+fn head(ui: &mut egui::Ui, scene: Scene<'_>) {
+    let head = &scene.outcome.head;
+    if head.still_points == 0 {
+        ui.label("Not removed: mark at least three still points.");
+        return;
+    }
+    let t = head.motion.translation_mm;
+    let turn = head.motion.rotation.scaled_axis().map(f64::to_degrees);
+    grid(ui, "head", |ui| {
+        row(ui, "Still points", head.still_points.to_string(), "");
+        row(
+            ui,
+            "Shift x, y, z",
+            format!("{:+.2} {:+.2} {:+.2} mm", t.x, t.y, t.z),
+            "Of the head from the first frame to the last.",
+        );
+        row(
+            ui,
+            "Turn about x, y, z",
+            format!("{:+.2} {:+.2} {:+.2}°", turn.x, turn.y, turn.z),
+            "Nod, shake and tilt of the head.",
+        );
+        let floor = head.noise_floor_px.map_or_else(|| "needs 4 still points".to_owned(), |n| format!("{n:.2} px"));
+        row(
+            ui,
+            "Noise floor",
+            floor,
+            "How far the still points disagree after the head's motion is removed: what a mark is worth here.",
+        );
+    });
+}
+
+fn forces(ui: &mut egui::Ui, scene: Scene<'_>, focus: &mut Focus, commands: &mut Vec<Command>) {
+    let o = scene.outcome;
+    let unit = o.unit();
+    let known = o.states.iter().filter(|s| s.is_known()).count();
+    let Some((vertex, peak)) = o.field.peak(&o.states) else {
+        ui.label("Mark feature points in the last frame to see forces.");
+        return;
+    };
+    grid(ui, "forces", |ui| {
+        row(ui, "Points marked", scene.project.measured_count().to_string(), "");
+        row(
+            ui,
+            "Vertices known",
+            format!("{known} of {}", o.states.len()),
+            "Marked, filled in between marks, or held.",
+        );
+        let sigma = o.field.sigma.get(vertex).copied().unwrap_or(0.0);
+        row(
+            ui,
+            "Greatest force",
+            format!("{peak:.4} ± {sigma:.4} {unit}"),
+            "And its standard error from the marking error.",
+        );
+        row(
+            ui,
+            "Sum of internal forces",
+            format!("{:.1e} {unit}", o.field.internal_sum.norm()),
+            "Zero but for rounding: the self-check of the field.",
+        );
+    });
+    let response = ui.link(format!("Go to vertex {vertex}"));
+    if response.hovered() {
+        focus.hover(vertex as u32);
+    }
+    if response.clicked() {
+        commands.push(Command::JumpTo(PointId::FeatureLast(vertex as u32)));
+    }
+}

@@ -1,0 +1,374 @@
+//! The choices of the chain: scale, camera, fit, displacement, skin, marking error.
+
+use egui::{CollapsingHeader, DragValue, RichText};
+
+use super::frames::{FramesView, Tool};
+use super::skin_table::{self, SkinTableView};
+use crate::camera::Scale;
+use crate::displacement::{DepthRule, UnmarkedRule};
+use crate::forces::SpringRule;
+use crate::gui::{Command, Scene};
+use crate::project::{CameraSettings, Edit, Settings};
+
+/// What is being typed into the settings.
+#[derive(Debug, Default)]
+pub struct SettingsView {
+    /// The skin table.
+    pub skin: SkinTableView,
+}
+
+/// Shows the settings.
+pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut FramesView, commands: &mut Vec<Command>) {
+    section(ui, "Project", true, |ui| project(ui, scene, commands));
+    section(ui, "Scale", true, |ui| scale(ui, scene, view, commands));
+    section(ui, "Camera", true, |ui| camera(ui, scene, commands));
+    section(ui, "Landmark fit", false, |ui| fit(ui, scene, commands));
+    section(ui, "Displacement", true, |ui| displacement(ui, scene, commands));
+    section(ui, "Skin", false, |ui| skin(ui, scene, &mut view.settings.skin, commands));
+    section(ui, "Marking error", true, |ui| marking(ui, scene, commands));
+}
+
+fn section(ui: &mut egui::Ui, title: &str, open: bool, contents: impl FnOnce(&mut egui::Ui)) {
+    CollapsingHeader::new(RichText::new(title).strong()).default_open(open).show_unindented(ui, |ui| {
+        egui::Frame::NONE.inner_margin(egui::Margin { left: 4, right: 4, top: 2, bottom: 8 }).show(ui, contents);
+    });
+}
+
+/// A number with its unit; a drag over it is one step of the history.
+pub struct Number<'a> {
+    /// What it is.
+    pub label: &'a str,
+    /// Its unit, with the space before it.
+    pub unit: &'a str,
+    /// What it does to the result.
+    pub tooltip: &'a str,
+    /// Least and greatest value.
+    pub range: std::ops::RangeInclusive<f64>,
+    /// Change a point of the pointer's way.
+    pub speed: f64,
+    /// Digits shown after the point.
+    pub decimals: usize,
+}
+
+impl Number<'_> {
+    /// Shows the number in a row; `edit` makes the change.
+    pub fn show(&self, ui: &mut egui::Ui, value: f64, commands: &mut Vec<Command>, edit: impl FnOnce(f64) -> Edit) {
+        let mut new = value;
+        ui.horizontal(|ui| {
+            let label = ui.label(self.label).on_hover_text(self.tooltip);
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let drag = DragValue::new(&mut new)
+                    .range(self.range.clone())
+                    .speed(self.speed)
+                    .max_decimals(self.decimals + 2)
+                    .min_decimals(self.decimals.min(1))
+                    .suffix(self.unit);
+                let response = ui.add(drag).labelled_by(label.id).on_hover_text(self.tooltip);
+                if response.drag_started() {
+                    commands.push(Command::BeginGesture);
+                }
+                if response.changed() && new != value {
+                    commands.push(Command::Edit(edit(new)));
+                }
+                if response.drag_stopped() {
+                    commands.push(Command::CommitGesture);
+                }
+            });
+        });
+    }
+}
+
+fn project(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
+    let mut name = scene.project.name.clone();
+    ui.horizontal(|ui| {
+        let label = ui.label("Name");
+        let edit = egui::TextEdit::singleline(&mut name).hint_text("Untitled").desired_width(f32::INFINITY);
+        typed(&ui.add(edit).labelled_by(label.id), commands, || Edit::Rename(name.clone()));
+    });
+    let mut notes = scene.project.notes.clone();
+    let label = ui.label("Notes");
+    let edit = egui::TextEdit::multiline(&mut notes).desired_rows(2).desired_width(f32::INFINITY);
+    typed(&ui.add(edit).labelled_by(label.id), commands, || Edit::SetNotes(notes.clone()));
+}
+
+/// Typing is one step of the history, from the first key until the field is left.
+fn typed(response: &egui::Response, commands: &mut Vec<Command>, edit: impl FnOnce() -> Edit) {
+    if response.gained_focus() {
+        commands.push(Command::BeginGesture);
+    }
+    if response.changed() {
+        commands.push(Command::Edit(edit()));
+    }
+    if response.lost_focus() {
+        commands.push(Command::CommitGesture);
+    }
+}
+
+fn scale(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut FramesView, commands: &mut Vec<Command>) {
+    let scale = scene.project.scale;
+    let mm = Number {
+        label: "Distance",
+        unit: " mm",
+        tooltip: "The true distance.",
+        range: 0.1..=1000.0,
+        speed: 0.1,
+        decimals: 1,
+    };
+    let rows = [
+        (
+            "Assumed from the mean face",
+            matches!(scale, Scale::Assumed),
+            "Forces are relative until a scale is measured.",
+        ),
+        (
+            "Two places a known distance apart",
+            matches!(scale, Scale::TwoPoints { .. }),
+            "Click two places of the first frame near the plane of the eyes, then type their distance.",
+        ),
+        (
+            "Pitch of the painted grid",
+            matches!(scale, Scale::GridPitch { .. }),
+            "Click two crossings of the grid in the first frame, then type the cells between them and the pitch.",
+        ),
+        (
+            "Distance of the inner eye corners",
+            matches!(scale, Scale::InnerEyeCorners { .. }),
+            "Type the person's own distance; the two landmarks must be placed.",
+        ),
+    ];
+    for (i, (label, on, tooltip)) in rows.into_iter().enumerate() {
+        if !ui.radio(on, label).on_hover_text(tooltip).clicked() {
+            continue;
+        }
+        match i {
+            0 => commands.push(Command::Edit(Edit::SetScale(Scale::Assumed))),
+            1 | 2 => view.tool = Tool::ScalePoints { grid: i == 2, first: None },
+            _ => commands.push(Command::Edit(Edit::SetScale(Scale::InnerEyeCorners { mm: assumed_eye_mm(scene) }))),
+        }
+    }
+    ui.add_space(2.0);
+    match scale {
+        Scale::Assumed => {}
+        Scale::TwoPoints { a_px, b_px, mm: value } => {
+            mm.show(ui, value, commands, |mm| Edit::SetScale(Scale::TwoPoints { a_px, b_px, mm }));
+        }
+        Scale::GridPitch { a_px, b_px, cells, pitch_mm } => {
+            let number = Number {
+                label: "Cells between",
+                unit: "",
+                tooltip: "Cells between the two crossings.",
+                range: 0.5..=200.0,
+                speed: 0.05,
+                decimals: 0,
+            };
+            number.show(ui, cells, commands, |cells| Edit::SetScale(Scale::GridPitch { a_px, b_px, cells, pitch_mm }));
+            let number = Number { label: "Pitch", ..mm };
+            number.show(ui, pitch_mm, commands, |pitch_mm| {
+                Edit::SetScale(Scale::GridPitch { a_px, b_px, cells, pitch_mm })
+            });
+        }
+        Scale::InnerEyeCorners { mm: value } => {
+            mm.show(ui, value, commands, |mm| Edit::SetScale(Scale::InnerEyeCorners { mm }));
+        }
+    }
+    let said = if scene.outcome.scale_measured { "measured" } else { "assumed" };
+    ui.label(RichText::new(format!("{:.3} px/mm, {said}", scene.outcome.camera.px_per_mm)).weak());
+}
+
+/// Distance of the inner eye corners of the generic face, mm.
+fn assumed_eye_mm(scene: Scene<'_>) -> f64 {
+    let at = |id: &str| scene.face.landmark(id).map(|l| scene.face.mesh().positions()[l.vertex as usize]);
+    match (at("eye_inner_left"), at("eye_inner_right")) {
+        (Some(a), Some(b)) => ((a - b).norm() * 10.0).round() / 10.0,
+        // The mean of many people.
+        _ => 36.9,
+    }
+}
+
+fn camera(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
+    let camera = scene.project.camera;
+    let number = Number {
+        label: "Distance",
+        unit: " mm",
+        tooltip: "From the face to the camera. Nearer cameras enlarge the nose and shrink the ears; forces change little beyond 600 mm.",
+        range: 150.0..=20_000.0,
+        speed: 5.0,
+        decimals: 0,
+    };
+    number.show(ui, camera.distance_mm, commands, |distance_mm| {
+        Edit::SetCamera(CameraSettings { distance_mm, ..camera })
+    });
+    let mut centred = camera.principal_point_px.is_none();
+    let centre = scene.outcome.camera.principal_point_px;
+    let tooltip = "Switch this off for a picture that was cut out of a larger one.";
+    if ui.checkbox(&mut centred, "Optical axis in the middle of the picture").on_hover_text(tooltip).changed() {
+        let principal_point_px = (!centred).then_some([centre.x, centre.y]);
+        commands.push(Command::Edit(Edit::SetCamera(CameraSettings { principal_point_px, ..camera })));
+    }
+    if let Some([x, y]) = camera.principal_point_px {
+        let number = Number {
+            label: "Axis x",
+            unit: " px",
+            tooltip: "Where the optical axis meets the first frame.",
+            range: -1e5..=1e5,
+            speed: 1.0,
+            decimals: 1,
+        };
+        number
+            .show(ui, x, commands, |x| Edit::SetCamera(CameraSettings { principal_point_px: Some([x, y]), ..camera }));
+        let number = Number { label: "Axis y", ..number };
+        number
+            .show(ui, y, commands, |y| Edit::SetCamera(CameraSettings { principal_point_px: Some([x, y]), ..camera }));
+    }
+}
+
+fn fit(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
+    let settings = &scene.project.settings;
+    let with = |change: &dyn Fn(&mut Settings)| {
+        let mut new = settings.clone();
+        change(&mut new);
+        Edit::SetSettings(new)
+    };
+    let number = Number {
+        label: "Depth over width",
+        unit: "",
+        tooltip: "How much deeper than wide the generic face is made. The thesis takes 1.15.",
+        range: 0.2..=3.0,
+        speed: 0.005,
+        decimals: 2,
+    };
+    number.show(ui, settings.customize.z_factor, commands, |v| with(&|s| s.customize.z_factor = v));
+    let number = Number {
+        label: "Power of the distance",
+        unit: "",
+        tooltip: "How fast a landmark's pull fades with distance. Higher keeps it nearer to the landmark.",
+        range: 0.5..=8.0,
+        speed: 0.02,
+        decimals: 1,
+    };
+    number.show(ui, settings.customize.power, commands, |v| with(&|s| s.customize.power = v));
+    let mut all = settings.customize.nearest.is_none();
+    if ui.checkbox(&mut all, "Every landmark pulls every vertex").changed() {
+        commands.push(Command::Edit(with(&|s| s.customize.nearest = (!all).then_some(8))));
+    }
+    if let Some(n) = settings.customize.nearest {
+        let number = Number {
+            label: "Nearest landmarks",
+            unit: "",
+            tooltip: "Only so many of the nearest landmarks pull a vertex.",
+            range: 1.0..=1000.0,
+            speed: 0.05,
+            decimals: 0,
+        };
+        number.show(ui, n as f64, commands, |v| with(&|s| s.customize.nearest = Some((v.round() as usize).max(1))));
+    }
+}
+
+fn displacement(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
+    let settings = &scene.project.settings;
+    let with = |change: &dyn Fn(&mut Settings)| {
+        let mut new = settings.clone();
+        change(&mut new);
+        Command::Edit(Edit::SetSettings(new))
+    };
+    ui.label("Depth of the last frame");
+    for (rule, label, tooltip) in [
+        (
+            DepthRule::FixedDepth,
+            "As deep as in the first frame",
+            "The thesis's rule. Skin that slides over a curve seems to stretch.",
+        ),
+        (
+            DepthRule::SlideOnSurface,
+            "Sliding on the first frame's surface",
+            "Right where skin slides on a smooth skull; wrong where it bulges.",
+        ),
+    ] {
+        if ui.radio(settings.depth == rule, label).on_hover_text(tooltip).clicked() {
+            commands.push(with(&|s| s.depth = rule));
+        }
+    }
+    ui.add_space(4.0);
+    ui.label("Vertices that nobody marked");
+    let reach = if let UnmarkedRule::Inferred { reach_mm } = settings.unmarked { Some(reach_mm) } else { None };
+    let inferred = ui.radio(reach.is_some(), "Filled in between marks");
+    if inferred
+        .on_hover_text("Vertices surrounded by marks are filled in from them; the others carry no force.")
+        .clicked()
+        && reach.is_none()
+    {
+        commands.push(with(&|s| s.unmarked = UnmarkedRule::default()));
+    }
+    if let Some(reach_mm) = reach {
+        let number = Number {
+            label: "Reach",
+            unit: " mm",
+            tooltip: "How far a mark may lie to count as surrounding.",
+            range: 1.0..=200.0,
+            speed: 0.2,
+            decimals: 0,
+        };
+        number.show(ui, reach_mm, commands, |reach_mm| {
+            let mut new = settings.clone();
+            new.unmarked = UnmarkedRule::Inferred { reach_mm };
+            Edit::SetSettings(new)
+        });
+    }
+    let held = ui.radio(reach.is_none(), "Held where they were");
+    if held.on_hover_text("The thesis's rule: the border of the marked skin then carries false forces.").clicked() {
+        commands.push(with(&|s| s.unmarked = UnmarkedRule::Held));
+    }
+    ui.add_space(4.0);
+    let mut remove = settings.remove_head_motion;
+    let tooltip = "Takes out the motion that the still points show, so that only the skin's own motion makes forces.";
+    if ui.checkbox(&mut remove, "Remove the head's motion").on_hover_text(tooltip).changed() {
+        commands.push(with(&|s| s.remove_head_motion = remove));
+    }
+}
+
+fn skin(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut SkinTableView, commands: &mut Vec<Command>) {
+    let settings = &scene.project.settings;
+    let number = Number {
+        label: "Thickness",
+        unit: " mm",
+        tooltip: "Thickness of the skin. Forces grow in proportion.",
+        range: 0.05..=10.0,
+        speed: 0.01,
+        decimals: 2,
+    };
+    number.show(ui, settings.skin_thickness_mm, commands, |v| {
+        let mut new = settings.clone();
+        new.skin_thickness_mm = v;
+        Edit::SetSettings(new)
+    });
+    ui.label("An edge of the mesh as a spring");
+    for (rule, label, tooltip) in [
+        (SpringRule::Strip, "A strip of skin", "As wide as its triangles: the same skin on any mesh."),
+        (SpringRule::Uniform, "One law for all edges", "The thesis's rule: forces then depend on the mesh."),
+    ] {
+        if ui.radio(settings.springs == rule, label).on_hover_text(tooltip).clicked() {
+            let mut new = settings.clone();
+            new.springs = rule;
+            commands.push(Command::Edit(Edit::SetSettings(new)));
+        }
+    }
+    ui.add_space(4.0);
+    skin_table::show(ui, settings, view, commands);
+}
+
+fn marking(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
+    let settings = &scene.project.settings;
+    let number = Number {
+        label: "Standard deviation",
+        unit: " px",
+        tooltip: "How far a mark of yours lies from the true place, along each axis. Two people on a painted grid agree to 1–2 px. The error of every force comes from it.",
+        range: 0.0..=50.0,
+        speed: 0.01,
+        decimals: 2,
+    };
+    number.show(ui, settings.marking_sigma_px, commands, |v| {
+        let mut new = settings.clone();
+        new.marking_sigma_px = v;
+        Edit::SetSettings(new)
+    });
+}

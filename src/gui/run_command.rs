@@ -1,0 +1,339 @@
+//! The one place that acts: runs what the panels have asked for.
+
+use super::action::{Action, Direction, Step};
+use super::app::App;
+use super::command::After;
+use super::dialogs::{Answer, Purpose};
+use super::jobs::Finished;
+use super::modal::Modal;
+use super::panels::frames::{SideTab, Tool, guide, points, toolbar};
+use super::panels::palette::PaletteView;
+use super::panels::sequence::SequenceView;
+use super::view_state::{Notice, NoticeKind, Workspace};
+use super::{Command, Scene, pictures};
+use crate::frames::Adjustment;
+use crate::project::{Edit, FrameRef, MarkState, PointId, Role, Which, edit, paths};
+
+/// How long a notice stays in the status bar, s.
+const NOTICE_S: f64 = 6.0;
+
+impl App {
+    /// Runs everything asked for in this frame, then the chain.
+    pub(super) fn run_commands(&mut self, ctx: &egui::Context) {
+        if let Some((purpose, answer)) = self.dialogs.poll() {
+            self.answer(purpose, answer);
+        }
+        // A command may ask for others.
+        while !self.commands.is_empty() {
+            for command in std::mem::take(&mut self.commands) {
+                self.run(command, ctx);
+            }
+        }
+        let arrows = [egui::Key::ArrowLeft, egui::Key::ArrowRight, egui::Key::ArrowUp, egui::Key::ArrowDown];
+        if self.document.nudging && !ctx.input(|i| arrows.iter().any(|k| i.key_down(*k))) {
+            self.document.nudging = false;
+            self.document.history.commit_gesture();
+        }
+        self.resolve(ctx);
+        self.write_journal();
+        if self.view.notice.as_ref().is_some_and(|n| n.until < ctx.input(|i| i.time)) {
+            self.view.notice = None;
+        }
+    }
+
+    fn run(&mut self, command: Command, ctx: &egui::Context) {
+        match command {
+            Command::Do(action) => self.act(action, ctx),
+            Command::Edit(edit) => self.edit(&edit, ctx),
+            Command::Edits(edits) => {
+                self.document.history.begin_gesture();
+                for edit in &edits {
+                    self.edit(edit, ctx);
+                }
+                self.document.history.commit_gesture();
+            }
+            Command::BeginGesture => self.document.history.begin_gesture(),
+            Command::CommitGesture => self.document.history.commit_gesture(),
+            Command::CancelGesture => self.document.history.cancel_gesture(),
+            Command::Select(point) => self.select(point),
+            Command::JumpTo(point) => self.jump_to(point),
+            Command::GoToStep(step) => self.document.history.go_to(step),
+            Command::AskFiles(purpose) => self.dialogs.ask(ctx, purpose),
+            Command::FilesChosen(purpose, files) => self.files_chosen(&purpose, files, ctx),
+            Command::LoadFrame(which, path) => pictures::read(which, path, true, ctx, &mut self.jobs),
+            Command::Dropped(paths, over) => self.dropped(paths, over, ctx),
+            Command::Show(modal) => self.view.modal = Some(modal),
+            Command::CloseModal => self.view.modal = None,
+            Command::Proceed(after) => self.proceed(after, ctx),
+            Command::SaveThen(after) => self.save(Some(after), ctx),
+            Command::Recover(take) => self.recover(take),
+            Command::Tell(kind, text) => self.tell(kind, text, ctx),
+            Command::CancelJob(id) => self.jobs.cancel(id),
+        }
+    }
+
+    fn edit(&mut self, edit: &Edit, ctx: &egui::Context) {
+        if let Err(e) = self.document.history.apply(edit) {
+            self.tell(NoticeKind::Refused, capital(&e.to_string()), ctx);
+        }
+    }
+
+    /// Says something in the status bar.
+    pub(super) fn tell(&mut self, kind: NoticeKind, text: String, ctx: &egui::Context) {
+        let until = ctx.input(|i| i.time) + NOTICE_S;
+        self.view.notice = Some(Notice { kind, text, until });
+        ctx.request_repaint_after_secs(NOTICE_S as f32);
+    }
+
+    /// Says in a dialog what could not be done.
+    pub(super) fn fail(&mut self, title: &str, text: String) {
+        self.view.modal = Some(Modal::Error { title: title.to_owned(), text });
+    }
+
+    fn act(&mut self, action: Action, ctx: &egui::Context) {
+        let frames = &mut self.view.frames;
+        match action {
+            Action::New => self.unless_unsaved(After::New, ctx),
+            Action::Open => self.unless_unsaved(After::AskOpen, ctx),
+            Action::Quit => self.unless_unsaved(After::Quit, ctx),
+            Action::Save => self.save(None, ctx),
+            Action::SaveAs => self.ask_where_to_save(None, ctx),
+            Action::OpenFrames => self.dialogs.ask(ctx, Purpose::Frames),
+            Action::OpenFolder => self.dialogs.ask(ctx, Purpose::FrameFolder),
+            Action::Undo => _ = self.document.history.undo(),
+            Action::Redo => _ = self.document.history.redo(),
+            Action::ShowHistory => {
+                frames.side = if frames.side == SideTab::History { SideTab::Guide } else { SideTab::History };
+                self.view.workspace = Workspace::Frames;
+            }
+            Action::Palette => self.view.palette = Some(PaletteView::default()),
+            Action::WorkspaceFrames => self.view.workspace = Workspace::Frames,
+            Action::WorkspaceForces => self.view.workspace = Workspace::Forces,
+            Action::Fit => frames.fit(),
+            Action::ZoomIn | Action::ZoomOut => {
+                let factor = if action == Action::ZoomIn { 1.25 } else { 0.8 };
+                let at = frames.panes[frames.active as usize].rect.center();
+                frames.zoom(frames.active, factor, at);
+            }
+            Action::LinkPanes => frames.linked = !frames.linked,
+            Action::MatchPanes => {
+                let from = frames.panes[frames.active as usize].view;
+                for pane in &mut frames.panes {
+                    pane.view = from;
+                }
+            }
+            Action::Blink => frames.swapped = !frames.swapped,
+            Action::HideMarks => frames.show_marks = !frames.show_marks,
+            Action::ShowNames => frames.show_names = !frames.show_names,
+            Action::ShowWireframe => frames.wireframe.visible = !frames.wireframe.visible,
+            Action::RegionOnly => frames.wireframe.region_only = !frames.wireframe.region_only,
+            Action::LoupeAlways => frames.loupe.always = !frames.loupe.always,
+            Action::Clahe => {
+                let clahe = &mut frames.panes[frames.active as usize].adjustment.clahe;
+                *clahe = if clahe.is_some() { None } else { Some(toolbar::CLAHE_DEFAULT) };
+            }
+            Action::ResetAdjustment => {
+                for pane in &mut frames.panes {
+                    pane.adjustment = Adjustment::default();
+                }
+            }
+            Action::ShowTable => frames.table_shown = !frames.table_shown,
+            Action::Dark => ctx.set_theme(egui::Theme::Dark),
+            Action::Light => ctx.set_theme(egui::Theme::Light),
+            Action::ToolSelect => frames.tool = Tool::Select,
+            Action::ToolLandmarks => self.start_tool(Tool::Landmarks),
+            Action::ToolFeatures => self.start_tool(Tool::Features),
+            Action::Keys => self.view.modal = Some(Modal::Keys),
+            Action::About => self.view.modal = Some(Modal::About),
+            Action::ClearLast => self.edit(&Edit::ClearLast, ctx),
+            Action::Next => self.step_point(1),
+            Action::Previous => self.step_point(-1),
+            Action::Accept => self.accept(ctx),
+            Action::ClearMark => self.on_selected(ctx, |id, _| Edit::Clear(id)),
+            Action::Lock => self.toggle_state(MarkState::Locked, ctx),
+            Action::Uncertain => self.toggle_state(MarkState::Uncertain, ctx),
+            Action::Occluded => self.toggle_state(MarkState::Occluded, ctx),
+            Action::RoleSkin => self.set_role(Role::Skin, ctx),
+            Action::RoleStill => self.set_role(Role::Still, ctx),
+            Action::RoleFixed => self.set_role(Role::Fixed, ctx),
+            Action::Nudge(direction, step) => self.nudge(direction, step, ctx),
+        }
+    }
+
+    fn scene(&self) -> Scene<'_> {
+        Scene { project: self.document.history.project(), outcome: &self.outcome, face: &self.face }
+    }
+
+    fn select(&mut self, point: Option<PointId>) {
+        if let Some(id) = &point {
+            self.view.frames.active = if matches!(id, PointId::FeatureLast(_)) { Which::Last } else { Which::First };
+        }
+        self.view.focus.selected = point;
+    }
+
+    fn jump_to(&mut self, id: PointId) {
+        let scene = self.scene();
+        let (place, known) = (points::place(scene, &id), points::of(scene, &id));
+        if let (Some((which, vertex)), Some((_, at))) = (place, known) {
+            let first = points::predicted(scene, Which::First, vertex);
+            self.view.frames.bring_to_view(which, at);
+            if which == Which::Last && !self.view.frames.linked {
+                self.view.frames.bring_to_view(Which::First, first);
+            }
+            self.view.workspace = Workspace::Frames;
+        }
+        self.select(Some(id));
+    }
+
+    fn start_tool(&mut self, tool: Tool) {
+        self.view.frames.tool = tool;
+        self.view.workspace = Workspace::Frames;
+        self.view.frames.side = SideTab::Guide;
+        let scene = self.scene();
+        let chosen = points::chosen_vertices(scene, &self.view.frames.regions);
+        let next = match tool {
+            Tool::Landmarks => guide::next_unmarked_landmark(scene, None).map(PointId::Landmark),
+            Tool::Features => guide::next_to_mark(scene, &chosen, None).map(PointId::FeatureLast),
+            _ => None,
+        };
+        self.select(next);
+    }
+
+    /// Goes to the next point, or the one before, in the list that the selected one belongs to.
+    fn step_point(&mut self, by: isize) {
+        let scene = self.scene();
+        let landmarks: Vec<PointId> = scene.face.landmarks().iter().map(|l| PointId::Landmark(l.id.clone())).collect();
+        let chosen = points::chosen_vertices(scene, &self.view.frames.regions);
+        let list: Vec<PointId> = match (&self.view.focus.selected, self.view.frames.tool) {
+            (Some(PointId::FeatureFirst(_)), _) => chosen.iter().map(|v| PointId::FeatureFirst(*v)).collect(),
+            (Some(PointId::FeatureLast(_)), _) | (None, Tool::Features) => {
+                chosen.iter().map(|v| PointId::FeatureLast(*v)).collect()
+            }
+            _ => landmarks,
+        };
+        let at = self.view.focus.selected.as_ref().and_then(|id| list.iter().position(|p| p == id));
+        let count = list.len() as isize;
+        let next = match at {
+            Some(i) => (i as isize + by).rem_euclid(count.max(1)),
+            None if by > 0 => 0,
+            None => count - 1,
+        };
+        if let Some(id) = list.into_iter().nth(next.max(0) as usize) {
+            self.jump_to(id);
+        }
+    }
+
+    /// Takes the predicted place of the selected point for its mark, and goes on to the next.
+    fn accept(&mut self, ctx: &egui::Context) {
+        let scene = self.scene();
+        let Some(id) = self.view.focus.selected.clone() else { return };
+        let Some((look, at)) = points::of(scene, &id) else { return };
+        if look.is_mark() {
+            return;
+        }
+        let still = match &id {
+            PointId::FeatureFirst(v) | PointId::FeatureLast(v) => {
+                let untouched = !scene.project.features.contains_key(v);
+                (untouched && points::kind_of(scene, *v) == points::Kind::Still).then_some(*v)
+            }
+            PointId::Landmark(_) => None,
+        };
+        self.document.history.begin_gesture();
+        if let Some(v) = still {
+            self.edit(&Edit::SetRole(v, Role::Still), ctx);
+        }
+        self.edit(&Edit::Put(id, at), ctx);
+        self.document.history.commit_gesture();
+        self.step_point(1);
+    }
+
+    fn on_selected(&mut self, ctx: &egui::Context, make: impl FnOnce(PointId, Option<MarkState>) -> Edit) {
+        if let Some(id) = self.view.focus.selected.clone() {
+            let state = edit::mark(self.project(), &id).map(|m| m.state);
+            self.edit(&make(id, state), ctx);
+        }
+    }
+
+    fn toggle_state(&mut self, state: MarkState, ctx: &egui::Context) {
+        self.on_selected(ctx, |id, now| Edit::SetState(id, if now == Some(state) { MarkState::Marked } else { state }));
+    }
+
+    fn set_role(&mut self, role: Role, ctx: &egui::Context) {
+        if let Some(v) = self.view.focus.selected_vertex() {
+            self.edit(&Edit::SetRole(v, role), ctx);
+        }
+    }
+
+    fn nudge(&mut self, direction: Direction, step: Step, ctx: &egui::Context) {
+        let Some(id) = self.view.focus.selected.clone() else { return };
+        let Some((_, at)) = points::of(self.scene(), &id) else { return };
+        if !self.document.nudging {
+            self.document.history.begin_gesture();
+            self.document.nudging = true;
+        }
+        let [dx, dy] = direction.unit();
+        self.edit(&Edit::Put(id, [at[0] + dx * step.px(), at[1] + dy * step.px()]), ctx);
+    }
+
+    fn answer(&mut self, purpose: Purpose, answer: Answer) {
+        match answer {
+            Answer::Files(files) => self.commands.push(Command::FilesChosen(purpose, files)),
+            Answer::Cancelled => {}
+            Answer::Unavailable => {
+                let typed = match &purpose {
+                    Purpose::SaveProject { suggested, .. } => suggested.clone(),
+                    _ => String::new(),
+                };
+                self.view.modal = Some(Modal::Path { purpose, typed });
+            }
+        }
+    }
+
+    /// Takes what long work has brought back, and starts what the pictures need.
+    pub(super) fn poll_jobs(&mut self, ctx: &egui::Context) {
+        for finished in self.jobs.poll() {
+            self.finish(finished, ctx);
+        }
+        let project = self.document.history.project();
+        let path = self.document.path.clone().unwrap_or_else(|| "unnamed".into());
+        let resolve = |frame: &FrameRef| paths::resolve(&path, frame);
+        let wanted = [0, 1].map(|i| self.view.frames.panes[i].adjustment);
+        self.pictures.follow(project, &resolve, wanted, ctx, &mut self.jobs);
+        self.resolve(ctx);
+    }
+
+    fn finish(&mut self, finished: Finished, ctx: &egui::Context) {
+        match finished {
+            Finished::Frame { which, path, chosen: true, result: Ok(frame) } => {
+                match paths::to_text(self.document.path.as_deref(), &path) {
+                    Ok(text) => {
+                        let named = FrameRef {
+                            path: text,
+                            sha256: frame.sha256().to_owned(),
+                            width_px: frame.width(),
+                            height_px: frame.height(),
+                        };
+                        self.pictures.frame_read(which, Ok(frame));
+                        self.edit(&Edit::SetFrame(which, Some(named)), ctx);
+                        self.view.frames.fit();
+                        self.tell(NoticeKind::Done, format!("The {} frame is open.", which.word()), ctx);
+                    }
+                    Err(e) => self.fail("The frame cannot be used", e.to_string()),
+                }
+            }
+            Finished::Frame { chosen: true, result: Err(why), .. } => self.fail("The frame cannot be read", why),
+            Finished::Frame { which, result, .. } => self.pictures.frame_read(which, result),
+            Finished::Adjusted { which, sha256, adjustment, pixels } => {
+                self.pictures.adjusted(which, &sha256, adjustment, pixels);
+            }
+            Finished::Folder(Ok(sequence)) => self.view.modal = Some(Modal::Sequence(SequenceView::new(&sequence))),
+            Finished::Folder(Err(why)) => self.fail("The folder cannot be used", why),
+            Finished::Died(what) => self.fail("Something went wrong", what),
+        }
+    }
+}
+
+fn capital(text: &str) -> String {
+    let mut chars = text.chars();
+    chars.next().map(|c| c.to_uppercase().chain(chars).collect()).unwrap_or_default()
+}

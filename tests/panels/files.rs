@@ -1,0 +1,196 @@
+//! Files: frames opened, projects saved and opened again, unsaved changes asked about, and errors that lose nothing.
+
+use std::path::Path;
+
+use egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable;
+use frontalis::gui::dialogs::{Answer, Purpose};
+use frontalis::gui::modal::Modal;
+use frontalis::gui::{Action, Command};
+use frontalis::project::{Project, Which, file};
+
+use crate::stage::{Person, Window, key, keys, open, project, settle, write_frames};
+
+const SIZE: [f32; 2] = [1280.0, 800.0];
+
+fn empty(person: &Person) -> Window {
+    open(Project::default(), SIZE, true, person.clone())
+}
+
+#[test]
+fn two_frames_are_opened_and_undone() {
+    let folder = tempfile::tempdir().unwrap();
+    let [first, last] = write_frames(folder.path(), &frontalis::face::generic());
+    let person = Person::default();
+    person.will_choose(&[&first, &last]);
+    let mut window = empty(&person);
+    keys(&mut window, Modifiers::COMMAND, Key::F);
+    settle(&mut window);
+    let frames = window.state().project().frames.clone();
+    assert_eq!(frames.first.as_ref().map(|f| f.width_px), Some(crate::stage::SIDE));
+    assert!(frames.first.unwrap().path.ends_with("neutral.png"));
+    assert!(frames.last.unwrap().path.ends_with("raised.png"));
+    assert!(window.state().title().ends_with('•'));
+    keys(&mut window, Modifiers::COMMAND, Key::Z);
+    assert!(window.state().project().frames.last.is_none() || window.state().project().frames.first.is_none());
+}
+
+#[test]
+fn a_folder_proposes_its_first_and_last_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let [first, last] = write_frames(folder.path(), &frontalis::face::generic());
+    for (from, to) in [(&first, "f_01.png"), (&first, "f_02.png"), (&last, "f_10.png")] {
+        std::fs::copy(from, folder.path().join(to)).unwrap();
+    }
+    std::fs::remove_file(first).unwrap();
+    std::fs::remove_file(last).unwrap();
+    let person = Person::default();
+    person.will_choose(&[folder.path()]);
+    let mut window = empty(&person);
+    window.state_mut().push(Command::Do(Action::OpenFolder));
+    settle(&mut window);
+    assert!(matches!(window.state().view().modal, Some(Modal::Sequence(_))), "{:?}", window.state().view().modal);
+    window.get_by_label("Use these frames").click();
+    settle(&mut window);
+    let frames = window.state().project().frames.clone();
+    assert!(frames.first.unwrap().path.ends_with("f_01.png"));
+    assert!(frames.last.unwrap().path.ends_with("f_10.png"));
+}
+
+#[test]
+fn a_project_is_saved_and_opened_again_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let face = frontalis::face::generic();
+    let person = Person::default();
+    let at = folder.path().join("a.frontalis.json");
+    person.will_choose(&[&at]);
+    let mut window = open(project(folder.path(), &face, true), SIZE, true, person.clone());
+    keys(&mut window, Modifiers::COMMAND, Key::S);
+    window.run_steps(3);
+    assert!(at.exists());
+    let kept = window.state().project().clone();
+    assert_eq!(kept.frames.first.as_ref().unwrap().path, "neutral.png", "a path beside the project is relative");
+    assert!(!window.state().unsaved());
+    assert_eq!(file::load(&at).unwrap(), kept);
+
+    let mut other = empty(&person);
+    person.will_choose(&[&at]);
+    keys(&mut other, Modifiers::COMMAND, Key::O);
+    settle(&mut other);
+    assert_eq!(other.state().project(), &kept);
+    assert_eq!(other.state().outcome(), window.state().outcome());
+}
+
+#[test]
+fn unsaved_changes_are_asked_about() {
+    let folder = tempfile::tempdir().unwrap();
+    let face = frontalis::face::generic();
+    let mut window = open(project(folder.path(), &face, true), SIZE, true, Person::default());
+    window.state_mut().push(Command::Do(Action::ClearLast));
+    window.run_steps(2);
+    let changed = window.state().project().clone();
+    keys(&mut window, Modifiers::COMMAND, Key::N);
+    assert!(matches!(window.state().view().modal, Some(Modal::Unsaved(_))));
+    window.get_by_label("Cancel").click();
+    window.run_steps(3);
+    assert_eq!(window.state().project(), &changed);
+    keys(&mut window, Modifiers::COMMAND, Key::N);
+    window.get_by_label("Discard").click();
+    window.run_steps(3);
+    assert_eq!(window.state().project(), &Project::default());
+}
+
+#[test]
+fn a_broken_project_is_a_dialog_and_the_open_one_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let face = frontalis::face::generic();
+    let bad = folder.path().join("bad.frontalis.json");
+    std::fs::write(&bad, "{\"frontalis_project\": 1, \"name\": 3}").unwrap();
+    let person = Person::default();
+    let mut window = open(project(folder.path(), &face, true), SIZE, true, person.clone());
+    let before = window.state().project().clone();
+    person.will_choose(&[&bad]);
+    keys(&mut window, Modifiers::COMMAND, Key::O);
+    settle(&mut window);
+    let Some(Modal::Error { text, .. }) = &window.state().view().modal else { panic!("no dialog") };
+    assert!(text.contains("bad.frontalis.json") && text.lines().count() == 1, "{text}");
+    assert_eq!(window.state().project(), &before);
+}
+
+#[test]
+fn a_picture_that_cannot_be_read_is_a_dialog() {
+    let folder = tempfile::tempdir().unwrap();
+    let bad = folder.path().join("cut.png");
+    std::fs::write(&bad, b"\x89PNG\r\n\x1a\n\0\0").unwrap();
+    let mut window = empty(&Person::default());
+    window.state_mut().push(Command::LoadFrame(Which::First, bad));
+    settle(&mut window);
+    assert!(matches!(&window.state().view().modal, Some(Modal::Error { text, .. }) if text.contains("cut.png")));
+    assert_eq!(window.state().project(), &Project::default());
+}
+
+#[test]
+fn a_changed_frame_is_told_and_can_be_found_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let face = frontalis::face::generic();
+    let p = project(folder.path(), &face, true);
+    let [first, last] = ["neutral.png", "raised.png"].map(|n| folder.path().join(n));
+    std::fs::copy(&last, &first).unwrap();
+    let window = open(p, SIZE, true, Person::default());
+    window.get_by_label_contains("not the one that was marked");
+    window.get_by_label("Find the first frame…");
+}
+
+#[test]
+fn without_a_file_dialog_a_path_can_be_typed() {
+    let folder = tempfile::tempdir().unwrap();
+    let [first, last] = write_frames(folder.path(), &frontalis::face::generic());
+    let person = Person::default();
+    person.answers.borrow_mut().push(Answer::Unavailable);
+    let mut window = empty(&person);
+    keys(&mut window, Modifiers::COMMAND, Key::F);
+    assert_eq!(person.asked.borrow()[..], [Purpose::Frames]);
+    let text = format!("{}\n{}", first.display(), last.display());
+    window.get_by_label("Path").focus();
+    window.run_steps(2);
+    window.get_by_label("Path").type_text(&text);
+    window.run_steps(3);
+    window.get_by_label("Go on").click();
+    settle(&mut window);
+    assert!(window.state().project().frames.last.is_some());
+}
+
+#[test]
+fn the_history_is_a_list_of_names_to_click() {
+    let folder = tempfile::tempdir().unwrap();
+    let face = frontalis::face::generic();
+    let mut window = open(project(folder.path(), &face, true), SIZE, true, Person::default());
+    let before = window.state().project().clone();
+    window.state_mut().push(Command::Do(Action::ClearLast));
+    keys(&mut window, Modifiers::COMMAND, Key::H);
+    window.get_by_label("Clear all marks of the last frame");
+    window.get_by_label("As opened").click();
+    window.run_steps(3);
+    assert_eq!(window.state().project(), &before);
+    key(&mut window, Key::Escape);
+}
+
+#[test]
+fn frames_moved_with_their_project_are_found() {
+    // A relative path begins at the project's folder, wherever the program was started.
+    let folder = tempfile::tempdir().unwrap();
+    let face = frontalis::face::generic();
+    let mut p = project(folder.path(), &face, true);
+    for (frame, name) in [(&mut p.frames.first, "neutral.png"), (&mut p.frames.last, "raised.png")] {
+        frame.as_mut().unwrap().path = name.into();
+    }
+    let at = folder.path().join("moved.frontalis.json");
+    file::save(&p, &at).unwrap();
+    let person = Person::default();
+    person.will_choose(&[at.as_path() as &Path]);
+    let mut window = empty(&person);
+    keys(&mut window, Modifiers::COMMAND, Key::O);
+    settle(&mut window);
+    assert!(window.query_by_label_contains("no such file").is_none());
+    window.get_by_label("First frame");
+}

@@ -1,0 +1,294 @@
+//! Marking: landmarks placed by clicks, points dragged, nudged, accepted, cleared, undone.
+
+use egui::{Key, Modifiers, Pos2, Vec2};
+use egui_kittest::kittest::Queryable;
+use frontalis::gui::panels::frames::Tool;
+use frontalis::project::{MarkState, PointId, Role, Which};
+
+use crate::stage::{Person, Window, drag, key, keys, on_screen, open, project, seen, settle};
+
+const SIZE: [f32; 2] = [1280.0, 800.0];
+
+fn window(marked: bool) -> (Window, tempfile::TempDir) {
+    let folder = tempfile::tempdir().unwrap();
+    let face = frontalis::face::generic();
+    let window = open(project(folder.path(), &face, marked), SIZE, true, Person::default());
+    (window, folder)
+}
+
+fn click(window: &mut Window, at: Pos2) {
+    drag(window, &[at, at]);
+}
+
+fn mark_of(window: &Window, id: &PointId) -> Option<[f64; 2]> {
+    frontalis::project::edit::mark(window.state().project(), id).map(|m| m.at_px)
+}
+
+fn near(a: [f64; 2], b: [f64; 2], by: f64) -> bool {
+    (a[0] - b[0]).abs() < by && (a[1] - b[1]).abs() < by
+}
+
+#[test]
+fn landmarks_are_placed_one_after_the_other_and_the_wireframe_follows() {
+    let (mut window, _folder) = window(false);
+    let face = frontalis::face::generic();
+    keys(&mut window, Modifiers::COMMAND, Key::L);
+    assert_eq!(window.state().view().frames.tool, Tool::Landmarks);
+    for l in face.landmarks() {
+        let name = l.name.as_str();
+        assert!(window.query_all_by_label_contains(name).next().is_some(), "the guide speaks of {name}");
+        let at = on_screen(&window, Which::First, seen(&face, l.vertex, false));
+        click(&mut window, at);
+        let mark = mark_of(&window, &PointId::Landmark(l.id.clone())).unwrap();
+        // A click lands on a point of the screen; half of one is the most it can miss.
+        assert!(near(mark, seen(&face, l.vertex, false), 0.6), "{}: {mark:?}", l.id);
+    }
+    assert_eq!(window.state().project().landmarks.len(), face.landmarks().len());
+    assert_eq!(window.state().view().frames.tool, Tool::Select, "the tool is put down when nothing is left");
+    assert!(window.state().outcome().fit.rms_after_px < 1e-6);
+    assert_eq!(window.state().steps().len(), face.landmarks().len(), "one step a landmark");
+}
+
+#[test]
+fn a_landmark_is_placed_on_release_even_if_the_hand_shook() {
+    let (mut window, _folder) = window(false);
+    keys(&mut window, Modifiers::COMMAND, Key::L);
+    let first = frontalis::face::generic().landmarks()[0].id.clone();
+    let at = on_screen(&window, Which::First, [200.0, 150.0]);
+    drag(&mut window, &[at, at + Vec2::new(1.0, -1.0), at + Vec2::new(2.0, 0.0)]);
+    let mark = mark_of(&window, &PointId::Landmark(first)).unwrap();
+    assert!(near(mark, [200.0, 150.0], 0.1), "{mark:?}: a shake of two points moves nothing");
+}
+
+#[test]
+fn a_point_is_found_by_its_name_and_follows_the_hand() {
+    let (mut window, _folder) = window(true);
+    let v = frontalis::face::generic().region("forehead")[0];
+    let id = PointId::FeatureLast(v);
+    let before = mark_of(&window, &id).unwrap();
+    let name = format!("point {v}, last frame, marked");
+    let at = window.get_by_label(&name).rect().center();
+    let zoom = window.state().view().frames.panes[1].view.zoom;
+    drag(&mut window, &[at, at + Vec2::new(6.0, 0.0), at + Vec2::new(12.0, 9.0)]);
+    let after = mark_of(&window, &id).unwrap();
+    assert!(near(after, [before[0] + 12.0 / zoom, before[1] + 9.0 / zoom], 1e-3), "{before:?} {after:?}");
+    assert_eq!(window.state().steps(), [format!("Move point {v}")]);
+    assert_eq!(window.state().view().focus.selected, Some(id.clone()));
+
+    keys(&mut window, Modifiers::COMMAND, Key::Z);
+    assert_eq!(mark_of(&window, &id), Some(before));
+    keys(&mut window, Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    assert_eq!(mark_of(&window, &id), Some(after));
+}
+
+#[test]
+fn forces_follow_the_hand_while_it_drags() {
+    let (mut window, _folder) = window(true);
+    let v = frontalis::face::generic().region("forehead")[0];
+    let at = on_screen(&window, Which::Last, mark_of(&window, &PointId::FeatureLast(v)).unwrap());
+    let before = window.state().outcome().field.force[v as usize];
+    window.hover_at(at);
+    window.step();
+    window.drag_at(at);
+    window.step();
+    window.hover_at(at + Vec2::new(15.0, 0.0));
+    window.step();
+    assert!(window.state().view().frames.drag.is_some());
+    assert_ne!(window.state().outcome().field.force[v as usize], before, "in the same frame as the motion");
+}
+
+#[test]
+fn shift_makes_a_drag_fine_and_letting_it_go_makes_no_jump() {
+    let (mut window, _folder) = window(true);
+    let v = frontalis::face::generic().region("forehead")[0];
+    let id = PointId::FeatureLast(v);
+    let before = mark_of(&window, &id).unwrap();
+    let at = on_screen(&window, Which::Last, before);
+    let zoom = window.state().view().frames.panes[1].view.zoom;
+    window.hover_at(at);
+    window.step();
+    window.drag_at(at);
+    window.step();
+    window.event_modifiers(egui::Event::PointerMoved(at + Vec2::new(50.0, 0.0)), Modifiers::SHIFT);
+    window.step();
+    let fine = mark_of(&window, &id).unwrap();
+    assert!(near(fine, [before[0] + 10.0 / zoom, before[1]], 1e-3), "a fifth of the way: {fine:?}");
+    window.event_modifiers(egui::Event::PointerMoved(at + Vec2::new(51.0, 0.0)), Modifiers::NONE);
+    window.step();
+    let after = mark_of(&window, &id).unwrap();
+    assert!(near(after, [fine[0] + 1.0 / zoom, fine[1]], 1e-3), "one point more, and no jump: {after:?}");
+}
+
+#[test]
+fn escape_gives_up_the_drag() {
+    let (mut window, _folder) = window(true);
+    let v = frontalis::face::generic().region("forehead")[0];
+    let before = window.state().project().clone();
+    let at = on_screen(&window, Which::Last, mark_of(&window, &PointId::FeatureLast(v)).unwrap());
+    window.hover_at(at);
+    window.step();
+    window.drag_at(at);
+    window.step();
+    window.hover_at(at + Vec2::new(40.0, 10.0));
+    window.step();
+    assert_ne!(window.state().project(), &before);
+    key(&mut window, Key::Escape);
+    assert_eq!(window.state().project(), &before);
+    window.hover_at(at + Vec2::new(80.0, 10.0));
+    window.step();
+    window.drop_at(at + Vec2::new(80.0, 10.0));
+    window.run_steps(2);
+    assert_eq!(window.state().project(), &before, "the rest of the motion means nothing");
+    assert!(window.state().steps().is_empty());
+}
+
+#[test]
+fn a_drag_that_begins_beside_every_point_moves_none() {
+    let (mut window, _folder) = window(true);
+    let before = window.state().project().clone();
+    let at = on_screen(&window, Which::Last, [30.0, 30.0]);
+    drag(&mut window, &[at, at + Vec2::new(30.0, 30.0), at + Vec2::new(90.0, 60.0)]);
+    assert_eq!(window.state().project(), &before);
+}
+
+#[test]
+fn arrows_nudge_by_half_five_and_a_tenth_of_a_pixel() {
+    let (mut window, _folder) = window(true);
+    let v = frontalis::face::generic().region("forehead")[0];
+    let id = PointId::FeatureLast(v);
+    let before = mark_of(&window, &id).unwrap();
+    let at = on_screen(&window, Which::Last, before);
+    click(&mut window, at);
+    assert_eq!(mark_of(&window, &id), Some(before), "a click selects and moves nothing");
+    for (modifiers, k, by) in [
+        (Modifiers::NONE, Key::ArrowRight, [0.5, 0.0]),
+        (Modifiers::SHIFT, Key::ArrowUp, [0.0, -5.0]),
+        (Modifiers::ALT, Key::ArrowLeft, [-0.1, 0.0]),
+    ] {
+        let from = mark_of(&window, &id).unwrap();
+        keys(&mut window, modifiers, k);
+        let to = mark_of(&window, &id).unwrap();
+        assert!(near(to, [from[0] + by[0], from[1] + by[1]], 1e-9), "{modifiers:?} {k:?}: {from:?} {to:?}");
+    }
+    assert_eq!(window.state().steps().len(), 3);
+}
+
+#[test]
+fn a_predicted_point_is_no_data_until_it_is_accepted_or_dragged() {
+    let (mut window, _folder) = window(true);
+    let face = frontalis::face::generic();
+    let v = face.region("forehead")[3];
+    let id = PointId::FeatureLast(v);
+    let at = on_screen(&window, Which::Last, mark_of(&window, &id).unwrap());
+    click(&mut window, at);
+    let count = window.state().project().measured_count();
+    key(&mut window, Key::Delete);
+    assert_eq!(window.state().project().measured_count(), count - 1);
+    assert_eq!(mark_of(&window, &id), None);
+    window.get_by_label(&format!("point {v}, last frame, predicted"));
+    key(&mut window, Key::Enter);
+    assert_eq!(window.state().project().measured_count(), count);
+    assert!(mark_of(&window, &id).is_some());
+}
+
+#[test]
+fn a_state_is_one_key_and_a_locked_point_stays() {
+    let (mut window, _folder) = window(true);
+    let v = frontalis::face::generic().region("forehead")[0];
+    let id = PointId::FeatureLast(v);
+    let before = mark_of(&window, &id).unwrap();
+    let at = on_screen(&window, Which::Last, before);
+    click(&mut window, at);
+    for (k, word) in [(Key::U, "uncertain"), (Key::O, "occluded"), (Key::L, "locked")] {
+        key(&mut window, k);
+        window.get_by_label(&format!("point {v}, last frame, {word}"));
+    }
+    drag(&mut window, &[at, at + Vec2::new(20.0, 0.0), at + Vec2::new(30.0, 0.0)]);
+    assert_eq!(mark_of(&window, &id), Some(before));
+    key(&mut window, Key::L);
+    assert_eq!(window.state().project().features[&v].last.unwrap().state, MarkState::Marked);
+}
+
+#[test]
+fn points_are_stepped_through_and_selected_in_the_table() {
+    let (mut window, _folder) = window(true);
+    key(&mut window, Key::Period);
+    let first = frontalis::face::generic().landmarks()[0].id.clone();
+    assert_eq!(window.state().view().focus.selected, Some(PointId::Landmark(first.clone())));
+    key(&mut window, Key::Tab);
+    let second = frontalis::face::generic().landmarks()[1].clone();
+    assert_eq!(window.state().view().focus.selected, Some(PointId::Landmark(second.id)));
+    key(&mut window, Key::Comma);
+    assert_eq!(window.state().view().focus.selected, Some(PointId::Landmark(first)));
+    window.get_by_label(&format!("Row {}, marked", second.name)).click();
+    window.run_steps(3);
+    assert!(
+        matches!(&window.state().view().focus.selected, Some(PointId::Landmark(id)) if second.name.len() > id.len() / 9)
+    );
+}
+
+#[test]
+fn a_first_mark_in_the_still_region_makes_a_still_point() {
+    let (mut window, _folder) = window(false);
+    let face = frontalis::face::generic();
+    let v = face.region("still")[0];
+    window.state_mut().view_mut().frames.regions = ["still".to_owned()].into();
+    keys(&mut window, Modifiers::COMMAND, Key::M);
+    let at = on_screen(&window, Which::Last, [240.0, 200.0]);
+    click(&mut window, at);
+    let feature = window.state().project().features[&v];
+    assert_eq!(feature.role, Role::Still);
+    assert!(near(feature.last.unwrap().at_px, [240.0, 200.0], 0.6));
+    assert_eq!(window.state().steps(), [format!("Mark point {v}")]);
+}
+
+#[test]
+fn the_wheel_zooms_at_the_pointer_and_the_panes_are_linked() {
+    let (mut window, _folder) = window(true);
+    let at = on_screen(&window, Which::First, [100.0, 120.0]);
+    window.hover_at(at);
+    window.step();
+    let unit = egui::MouseWheelUnit::Point;
+    let phase = egui::TouchPhase::Move;
+    // One notch of a wheel.
+    window.event(egui::Event::MouseWheel {
+        unit,
+        delta: Vec2::new(0.0, 120.0),
+        modifiers: Modifiers::NONE,
+        phase,
+        source: egui::MouseWheelSource::Wheel,
+    });
+    window.run_steps(12);
+    let panes = &window.state().view().frames.panes;
+    assert!(panes[0].view.zoom > 1.2, "{}", panes[0].view.zoom);
+    assert!((panes[0].view.zoom - panes[1].view.zoom).abs() < 1e-9);
+    assert!(
+        (on_screen(&window, Which::First, [100.0, 120.0]) - at).length() < 0.5,
+        "the pixel under the pointer stays"
+    );
+    key(&mut window, Key::Num0);
+    assert!(window.state().view().frames.panes[0].view.fitted);
+}
+
+#[test]
+fn holding_b_swaps_the_frames_and_letting_go_brings_them_back() {
+    let (mut window, _folder) = window(true);
+    let left = |w: &Window| w.get_by_label("First frame").rect().left();
+    let before = left(&window);
+    window.key_down(Key::B);
+    window.run_steps(2);
+    assert!(left(&window) > before + 100.0);
+    window.key_up(Key::B);
+    window.run_steps(2);
+    assert!((left(&window) - before).abs() < 1.0);
+}
+
+#[test]
+fn local_contrast_is_shown_and_changes_no_result() {
+    let (mut window, _folder) = window(true);
+    let before = window.state().outcome().clone();
+    key(&mut window, Key::C);
+    settle(&mut window);
+    assert!(window.state().view().frames.panes[0].adjustment.clahe.is_some());
+    assert_eq!(window.state().outcome(), &before);
+}
