@@ -515,7 +515,7 @@ pub const HELD: &[(&str, &str)] = &[
     ("Shift while dragging", "Move at a fifth of the speed"),
     ("Esc", "Give up the drag; everything is as before"),
     ("Hold B", "Blink: each pane shows the other's picture"),
-    ("Double click", "Fit pictures"),
+    ("Double click beside the points", "Show the whole pictures"),
 ];
 
 impl Action {

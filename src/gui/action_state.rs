@@ -87,10 +87,9 @@ impl ActionState {
             Action::ClearMark | Action::Lock | Action::Uncertain | Action::Occluded => self.mark.is_some(),
             Action::Accept => self.selected.is_some() && self.predicted,
             Action::RoleSkin | Action::RoleStill | Action::RoleFixed => self.role.is_some(),
-            Action::Nudge(..) => in_frames && self.selected.is_some(),
-            Action::Fit | Action::ZoomIn | Action::ZoomOut | Action::MatchPanes | Action::Clahe => {
-                in_frames && self.frames
-            }
+            Action::Nudge(..) => self.selected.is_some() || !in_frames,
+            Action::Fit | Action::ZoomIn | Action::ZoomOut => self.frames || !in_frames,
+            Action::MatchPanes | Action::Clahe => in_frames && self.frames,
             _ => true,
         }
     }

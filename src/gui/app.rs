@@ -161,7 +161,8 @@ impl App {
             let pressed = action::pressed(ctx, ctx.text_edit_focused());
             let possible = pressed.into_iter().filter(|a| state.can(*a));
             // Keys that speak to a widget with the keyboard focus are left to it.
-            let widget = ctx.memory(|m| m.focused()).is_some() && !self.canvas_has_focus(ctx);
+            let in_frames = self.view.workspace == Workspace::Frames;
+            let widget = in_frames && ctx.memory(|m| m.focused()).is_some() && !self.canvas_has_focus(ctx);
             self.commands.extend(possible.filter(|a| !(widget && speaks_to_widgets(*a))).map(Command::Do));
         }
         let (dropped, at) = ctx.input(|i| {

@@ -91,6 +91,9 @@ impl App {
     }
 
     fn act(&mut self, action: Action, ctx: &egui::Context) {
+        if self.view.workspace == Workspace::Forces && self.view.forces.act(action) {
+            return;
+        }
         let frames = &mut self.view.frames;
         match action {
             Action::New => self.unless_unsaved(After::New, ctx),

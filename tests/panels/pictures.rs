@@ -9,7 +9,7 @@ use frontalis::project::{PointId, Project};
 use crate::stage::{Person, Window, open, project, settle};
 
 /// Whether pictures can be drawn here. Where a driver is required and missing, the test fails.
-pub fn can_draw() -> bool {
+pub(crate) fn can_draw() -> bool {
     let found = std::panic::catch_unwind(|| {
         let mut probe = egui_kittest::Harness::builder().with_size([8.0, 8.0]).wgpu().build_ui(|ui| {
             ui.label("x");

@@ -15,21 +15,21 @@ use image::{Rgb, RgbImage};
 use nalgebra::{Point2, Point3};
 
 /// Side of the frames, px.
-pub const SIDE: u32 = 480;
+pub(crate) const SIDE: u32 = 480;
 
 /// The window under test.
-pub type Window = Harness<'static, App>;
+pub(crate) type Window = Harness<'static, App>;
 
 /// A person who answers the file dialogs with what was laid out beforehand, and remembers the questions.
 #[derive(Clone, Default)]
-pub struct Person {
-    pub answers: Rc<RefCell<Vec<Answer>>>,
-    pub asked: Rc<RefCell<Vec<Purpose>>>,
+pub(crate) struct Person {
+    pub(crate) answers: Rc<RefCell<Vec<Answer>>>,
+    pub(crate) asked: Rc<RefCell<Vec<Purpose>>>,
     waiting: Rc<RefCell<Option<(Purpose, Answer)>>>,
 }
 
 impl Person {
-    pub fn will_choose(&self, files: &[&Path]) {
+    pub(crate) fn will_choose(&self, files: &[&Path]) {
         self.answers.borrow_mut().push(Answer::Files(files.iter().map(|p| p.to_path_buf()).collect()));
     }
 }
@@ -48,13 +48,13 @@ impl Dialogs for Person {
 }
 
 /// The camera that took the frames.
-pub fn camera() -> Camera {
+pub(crate) fn camera() -> Camera {
     let middle = f64::from(SIDE) / 2.0;
     Camera { principal_point_px: Point2::new(middle, middle), z_prp_mm: 1000.0, z_vp_mm: 0.0, px_per_mm: 2.2 }
 }
 
 /// Where the camera sees a vertex of the generic face; `raised`: with the brows up.
-pub fn seen(face: &FaceModel, vertex: u32, raised: bool) -> [f64; 2] {
+pub(crate) fn seen(face: &FaceModel, vertex: u32, raised: bool) -> [f64; 2] {
     let p = face.mesh().positions()[vertex as usize];
     let up = if raised { 4.0 * (-((p.y - 30.0) / 22.0).powi(2)).exp() } else { 0.0 };
     let q = camera().image_from_face(&Point3::new(p.x, p.y + up, p.z));
@@ -62,7 +62,7 @@ pub fn seen(face: &FaceModel, vertex: u32, raised: bool) -> [f64; 2] {
 }
 
 /// A frame: the face shaded from the front, with a dark dot on every seventh vertex.
-pub fn draw(face: &FaceModel, raised: bool) -> RgbImage {
+pub(crate) fn draw(face: &FaceModel, raised: bool) -> RgbImage {
     let mut picture = RgbImage::from_fn(SIDE, SIDE, |_, y| Rgb([52, 58, 66 + (y / 16) as u8]));
     let normals = face.mesh().vertex_normals(face.mesh().positions());
     for t in face.mesh().triangles() {
@@ -104,7 +104,7 @@ fn fill(picture: &mut RgbImage, corners: [[f64; 2]; 3], light: f64) {
 }
 
 /// Writes both frames into a folder.
-pub fn write_frames(folder: &Path, face: &FaceModel) -> [PathBuf; 2] {
+pub(crate) fn write_frames(folder: &Path, face: &FaceModel) -> [PathBuf; 2] {
     let paths = [folder.join("neutral.png"), folder.join("raised.png")];
     draw(face, false).save(&paths[0]).unwrap();
     draw(face, true).save(&paths[1]).unwrap();
@@ -112,7 +112,7 @@ pub fn write_frames(folder: &Path, face: &FaceModel) -> [PathBuf; 2] {
 }
 
 /// The reference of a frame on disk.
-pub fn frame_ref(path: &Path) -> FrameRef {
+pub(crate) fn frame_ref(path: &Path) -> FrameRef {
     let frame = Frame::read(path).unwrap();
     FrameRef {
         path: path.to_str().unwrap().to_owned(),
@@ -123,7 +123,7 @@ pub fn frame_ref(path: &Path) -> FrameRef {
 }
 
 /// A project with both frames and, where asked, all landmarks, still points and forehead marks at the true places.
-pub fn project(folder: &Path, face: &FaceModel, marked: bool) -> Project {
+pub(crate) fn project(folder: &Path, face: &FaceModel, marked: bool) -> Project {
     let [first, last] = write_frames(folder, face);
     let mut project = Project { name: "Brow raise".into(), ..Project::default() };
     project.frames.first = Some(frame_ref(&first));
@@ -145,7 +145,7 @@ pub fn project(folder: &Path, face: &FaceModel, marked: bool) -> Project {
 }
 
 /// Opens a window of that size on a project; pictures are there.
-pub fn open(project: Project, size: [f32; 2], dark: bool, person: Person) -> Window {
+pub(crate) fn open(project: Project, size: [f32; 2], dark: bool, person: Person) -> Window {
     let app = App::new(project, None, frontalis::face::generic(), Box::new(person));
     let mut window = Harness::builder()
         .with_size(size)
@@ -158,7 +158,7 @@ pub fn open(project: Project, size: [f32; 2], dark: bool, person: Person) -> Win
 }
 
 /// Lets frames pass until what was read in the background is shown.
-pub fn settle(window: &mut Window) {
+pub(crate) fn settle(window: &mut Window) {
     for _ in 0..3 {
         window.run_steps(2);
         window.state_mut().wait_for_jobs();
@@ -167,13 +167,13 @@ pub fn settle(window: &mut Window) {
 }
 
 /// Where a pixel of a frame is on the screen.
-pub fn on_screen(window: &Window, which: frontalis::project::Which, px: [f64; 2]) -> egui::Pos2 {
+pub(crate) fn on_screen(window: &Window, which: frontalis::project::Which, px: [f64; 2]) -> egui::Pos2 {
     let pane = &window.state().view().frames.panes[which as usize];
     pane.view.at(pane.rect).ui_from_image(px)
 }
 
 /// Presses at one place, moves to others, releases at the last.
-pub fn drag(window: &mut Window, path: &[egui::Pos2]) {
+pub(crate) fn drag(window: &mut Window, path: &[egui::Pos2]) {
     window.hover_at(path[0]);
     window.step();
     window.drag_at(path[0]);
@@ -187,12 +187,12 @@ pub fn drag(window: &mut Window, path: &[egui::Pos2]) {
 }
 
 /// Presses a key and lets it go.
-pub fn key(window: &mut Window, key: egui::Key) {
+pub(crate) fn key(window: &mut Window, key: egui::Key) {
     keys(window, egui::Modifiers::NONE, key);
 }
 
 /// The same with other keys held.
-pub fn keys(window: &mut Window, modifiers: egui::Modifiers, key: egui::Key) {
+pub(crate) fn keys(window: &mut Window, modifiers: egui::Modifiers, key: egui::Key) {
     window.key_press_modifiers(modifiers, key);
     window.run_steps(3);
 }

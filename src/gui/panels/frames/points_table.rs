@@ -121,17 +121,22 @@ fn header(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut TableView, lefts: &[f3
         } else {
             ui.visuals().weak_text_color()
         };
-        let arrow = if !sorted {
-            ""
-        } else if view.descending {
-            " ⏷"
-        } else {
-            " ⏶"
-        };
         let (anchor, at) = cell_anchor(i, cell);
-        ui.painter().with_clip_rect(cell).text(at, anchor, title + arrow, FontId::proportional(11.0), colour);
+        let painter = ui.painter().with_clip_rect(cell);
+        let written = painter.text(at, anchor, title, FontId::proportional(11.0), colour);
+        if sorted {
+            let x = if anchor == Align2::LEFT_CENTER { written.right() + 6.0 } else { written.left() - 6.0 };
+            sort_arrow(&painter, egui::pos2(x, cell.center().y), view.descending, colour);
+        }
     }
     ui.painter().hline(rect.x_range(), rect.bottom(), ui.visuals().widgets.noninteractive.bg_stroke);
+}
+
+/// A small triangle: which way the column is sorted.
+fn sort_arrow(painter: &egui::Painter, at: egui::Pos2, descending: bool, colour: egui::Color32) {
+    let tip = if descending { 2.5 } else { -2.5 };
+    let corners = vec![at + Vec2::new(0.0, tip), at + Vec2::new(-3.0, -tip), at + Vec2::new(3.0, -tip)];
+    painter.add(egui::Shape::convex_polygon(corners, colour, egui::Stroke::NONE));
 }
 
 /// Words to the left, numbers to the right.

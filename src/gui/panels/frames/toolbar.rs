@@ -116,7 +116,7 @@ fn loupe_menu(ui: &mut egui::Ui, view: &mut FramesView, state: &ActionState, com
 fn stay_open_menu(ui: &mut egui::Ui, title: &str, tooltip: &str, contents: impl FnOnce(&mut egui::Ui)) {
     use egui::containers::menu::{MenuButton, MenuConfig};
     let config = MenuConfig::new().close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
-    let button = Button::new(format!("{title} ⏷")).frame_when_inactive(false);
+    let button = Button::new(title.to_owned()).frame_when_inactive(false);
     let (response, _) = MenuButton::from_button(button).config(config).ui(ui, |ui| {
         ui.set_min_width(240.0);
         contents(ui);
