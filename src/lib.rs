@@ -67,5 +67,7 @@ pub mod pipeline;
 
 pub mod export;
 
+pub mod cli;
+
 #[cfg(feature = "gui")]
 pub mod gui;

@@ -1,3 +1,5 @@
+//! The project file: exact round trips, and one line for every kind of damage.
+
 use std::fs;
 use std::path::Path;
 

@@ -1,0 +1,88 @@
+//! Why a command could not be done: one line that names what, where, and what to do.
+
+use std::io;
+use std::path::PathBuf;
+
+use crate::draw::height_map::HeightMapError;
+use crate::export::NoFrame;
+use crate::face::file::FaceFileError;
+use crate::frames::FrameError;
+use crate::project::{FrameStatus, ProjectFileError};
+
+/// Every way in which a command can fail.
+#[derive(Debug, thiserror::Error)]
+pub enum CliError {
+    /// The project file.
+    #[error(transparent)]
+    Project(#[from] ProjectFileError),
+    /// A frame's picture.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+    /// A frame's file is not the one that was marked.
+    #[error("the {which} frame {status}, or add --ignore-frames to compute from the marks alone")]
+    FrameFile {
+        /// "first" or "last".
+        which: &'static str,
+        /// What became of it.
+        status: FrameStatus,
+    },
+    /// A frame has another size than the project says.
+    #[error("{}: is {found_w} × {found_h} px, but the project says {said_w} × {said_h}; correct width_px and height_px of its frame", .path.display())]
+    FrameSize {
+        /// The picture.
+        path: PathBuf,
+        /// Width found, px.
+        found_w: u32,
+        /// Height found, px.
+        found_h: u32,
+        /// Width that the project says, px.
+        said_w: u32,
+        /// Height that the project says, px.
+        said_h: u32,
+    },
+    /// The face model.
+    #[error(transparent)]
+    Face(#[from] FaceFileError),
+    /// The face file is not the one that the project was made with.
+    #[error("the face {0}")]
+    FaceChanged(FrameStatus),
+    /// The face is not fit.
+    #[error("{0} does not pass the check; see the lines marked FAILED")]
+    FaceFailed(String),
+    /// The generator failed.
+    #[error("the generic face could not be generated: {0}")]
+    Generator(#[from] crate::face::FaceError),
+    /// A format needs a frame.
+    #[error(transparent)]
+    NoFrame(#[from] NoFrame),
+    /// The picture could not be drawn.
+    #[error("the height map could not be drawn: {0}")]
+    HeightMap(#[from] HeightMapError),
+    /// A picture could not be encoded.
+    #[error("{name} could not be encoded: {source}")]
+    Encode {
+        /// The file.
+        name: &'static str,
+        /// What the encoder says.
+        source: image::ImageError,
+    },
+    /// An output cannot be written; what was there is still there.
+    #[error("{}: cannot be written ({source}); choose another place for --out, or free it for writing", .path.display())]
+    Write {
+        /// The path.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// An output would replace an input.
+    #[error("{}: is the project itself and is not overwritten; choose another place for --out", .0.display())]
+    WouldReplaceInput(PathBuf),
+    /// The check found faults.
+    #[error("{}: {errors} {}; they are listed above", .path.display(), if *.errors == 1 { "error" } else { "errors" })]
+    Faulty {
+        /// The project.
+        path: PathBuf,
+        /// How many.
+        errors: usize,
+    },
+}

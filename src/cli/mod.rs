@@ -1,0 +1,98 @@
+//! The command line: one file a subcommand. Exit status 0 done, 1 could not be done (one line says why), 2 wrong usage.
+
+mod check;
+mod error;
+mod export;
+mod face;
+mod output;
+mod progress;
+mod scene;
+mod solve;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+pub use error::CliError;
+
+/// Measures the muscle forces of a facial expression from the first and the last frame of a video.
+///
+/// Without a command the window opens on PROJECT, or on the embedded sample.
+#[derive(Debug, Parser)]
+#[command(name = "frontalis", version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub struct Arguments {
+    /// What to do without a window.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// The project to open in the window (a .frontalis.json file).
+    pub project: Option<PathBuf>,
+}
+
+/// What can be done without a window.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Computes the forces of a project: forces.csv, height_map.png, forces.vtp, report.json.
+    Solve(solve::Arguments),
+    /// Lists, shows, exports, checks and generates face models.
+    Face(face::Arguments),
+    /// Writes marks and results for other programs.
+    Export(export::Arguments),
+    /// Says everything that is wrong with a project.
+    Check(check::Arguments),
+}
+
+/// Said where there can be no window.
+pub const NO_WINDOW: &str = "no window can be opened here; run `frontalis demo --out DIR` for the main job without one, or see `frontalis --help`";
+
+/// Runs a subcommand; what went wrong is said on stderr in one line.
+pub fn run(command: Command) -> ExitCode {
+    let done = match command {
+        Command::Solve(arguments) => solve::run(&arguments),
+        Command::Face(arguments) => face::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {}", one_line(&error.to_string()));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Names and messages from elsewhere may hold line ends.
+fn one_line(message: &str) -> String {
+    message.lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join("; ")
+}
+
+/// A word as a shell takes it: in quotes where it must be.
+fn shell_word(word: &std::path::Path) -> String {
+    let text = word.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || "/._-+:@,".contains(c);
+    if !text.is_empty() && text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+    use std::path::Path;
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        Arguments::command().debug_assert();
+        let window = Arguments::try_parse_from(["frontalis", "a.frontalis.json"]).unwrap();
+        assert!(window.command.is_none() && window.project.is_some());
+        assert!(Arguments::try_parse_from(["frontalis"]).unwrap().project.is_none());
+        assert_eq!(Arguments::try_parse_from(["frontalis", "solve"]).unwrap_err().exit_code(), 2);
+    }
+
+    #[test]
+    fn words_with_blanks_are_quoted_for_the_shell() {
+        assert_eq!(shell_word(Path::new("a/b-1.json")), "a/b-1.json");
+        assert_eq!(shell_word(Path::new("it's here")), r"'it'\''s here'");
+        assert_eq!(one_line("a\n  b\n\n"), "a; b");
+    }
+}
