@@ -1,13 +1,13 @@
 //! Alignment and scaling: the generic face is put where the marks are, and made as wide and as high.
 
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point2, Point3, Vector2, Vector3};
 
 use crate::camera::Camera;
 
 /// A shift and a scaling along the axes: x ↦ to + scale ∘ (x − from), mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alignment {
-    /// Centre of gravity of the landmarks of the generic face.
+    /// The point of the generic face whose projection is the centre of the landmarks' projections.
     pub from: Point3<f64>,
     /// Where it goes.
     pub to: Point3<f64>,
@@ -26,22 +26,31 @@ impl Alignment {
 /// of a row of two) would stretch the face beyond recognition. Eyes and brows together reach 0.26, a row of eye corners 0.02.
 const SMALLEST_RANGE: f64 = 0.2;
 
-/// Shift and scale that bring `landmarks` (mm) to their `marks` (px, in the same order). Thesis §4.2.
+/// Shift and scale that bring `landmarks` (mm, in front of the camera) to their `marks` (px, in the same order). Thesis §4.2.
 ///
-/// The centre of gravity c of the landmarks goes to f_p⁻¹(centre of the marks, c_z), so that its projection lies there. Then
+/// The shift brings the centre of the landmarks' projections to the centre of the marks (`docs/errata.md`: the thesis's
+/// "projection of the centre of gravity" is another point). With a_i = (z_prp − z_vp)/(z_prp − z_i), the factor of (4.7), that is
+///
+/// c ↦ f_p⁻¹(centre of the marks, c_z),   (c_x, c_y) = Σ a_i (x_i, y_i) / Σ a_i,   c_z where the factor is the mean of the a_i
+///
+/// and then, about c, in one pass (perspective leaves a per cent, which the morph takes up),
 ///
 /// s_x = range of the marks' x / range of the projections' x,   s_y alike,   s_z = `z_factor` · s_x
 ///
-/// in one pass (`docs/errata.md` E22: perspective leaves a per cent, which the morph takes up). An axis whose range is too
-/// small uses the other's factor. Nothing is scaled where neither says anything, nor anything moved where nothing was marked.
+/// An axis whose range is too small uses the other's factor. Nothing is scaled where neither says anything, nor anything moved
+/// where nothing was marked.
 pub fn align(landmarks: &[Point3<f64>], marks: &[Point2<f64>], camera: &Camera, z_factor: f64) -> Alignment {
     if landmarks.is_empty() {
         let (from, to) = (Point3::origin(), Point3::origin());
         return Alignment { from, to, scale: Vector3::repeat(1.0) };
     }
     let n = landmarks.len() as f64;
-    let from = Point3::from(landmarks.iter().map(|x| x.coords).sum::<Vector3<f64>>() / n);
-    let centre = Point2::from(marks.iter().map(|p| p.coords / n).sum::<nalgebra::Vector2<f64>>());
+    let to_plane = camera.z_prp_mm - camera.z_vp_mm;
+    let factor = |x: &Point3<f64>| to_plane / (camera.z_prp_mm - x.z);
+    let factors: f64 = landmarks.iter().map(factor).sum();
+    let weighted: Vector3<f64> = landmarks.iter().map(|x| x.coords * factor(x)).sum();
+    let from = Point3::new(weighted.x / factors, weighted.y / factors, camera.z_prp_mm - to_plane * n / factors);
+    let centre = Point2::from(marks.iter().map(|p| p.coords / n).sum::<Vector2<f64>>());
     let to = camera.face_from_image(&centre, from.z);
     let projected: Vec<Point2<f64>> = landmarks.iter().map(|x| camera.image_from_face(&(x + (to - from)))).collect();
     let (model, marked) = (ranges(&projected), ranges(marks));
@@ -84,5 +93,18 @@ mod tests {
         for (x, p) in landmarks.iter().zip(&marks) {
             assert!((camera.image_from_face(&a.apply(x)) - p).norm() < 1e-9);
         }
+    }
+
+    #[test]
+    fn the_projections_of_landmarks_at_different_depths_are_centred_on_the_marks() {
+        let camera =
+            Camera { principal_point_px: Point2::new(300.0, 200.0), z_prp_mm: 400.0, z_vp_mm: 10.0, px_per_mm: 2.0 };
+        let landmarks =
+            [(-20.0, 20.0, 30.0), (40.0, 21.0, -50.0), (11.0, 0.0, 0.0)].map(|(x, y, z)| Point3::new(x, y, z));
+        let marks = [(180.0, 200.0), (420.0, 230.0), (330.0, 310.0)].map(|(x, y)| Point2::new(x, y));
+        let a = align(&landmarks, &marks, &camera, 1.15);
+        let shifted: Vector2<f64> =
+            landmarks.iter().map(|x| camera.image_from_face(&(x + (a.to - a.from))).coords / 3.0).sum();
+        assert!((shifted - Vector2::new(310.0, 740.0 / 3.0)).norm() < 1e-9);
     }
 }

@@ -115,8 +115,8 @@ pub enum CustomizeError {
 
 /// Moves `mesh` so that its landmarks are seen where they were marked, and the rest of it follows. Thesis §4.2, Fig. 4.6.
 ///
-/// 1. [`align`](align::align): the centre of gravity of the landmarks is shifted in x and y until its projection lies at
-///    the centre of the marks; then x and y are scaled by the ratios of the ranges, and z by `z_factor` times the factor of x.
+/// 1. [`align`](align::align): the face is shifted in x and y until the centre of the landmarks' projections lies at the
+///    centre of the marks; then x and y are scaled by the ratios of the ranges, and z by `z_factor` times the factor of x.
 /// 2. Each landmark goes onto the ray of its mark and keeps its depth, x ↦ f_p⁻¹(mark, z). Thesis (4.8).
 /// 3. [`morph`](nnwa::morph): every other vertex follows the landmarks by their displacements, weighted by inverse distance.
 ///
@@ -131,10 +131,13 @@ pub fn customize(
     check(mesh, targets, settings)?;
     let landmarks: Vec<Point3<f64>> = targets.iter().map(|t| mesh.positions()[t.vertex as usize]).collect();
     let marks: Vec<Point2<f64>> = targets.iter().map(|t| t.at_in_image).collect();
+    for (t, x) in targets.iter().zip(&landmarks) {
+        in_sight(t.vertex, x, camera)?;
+    }
     let alignment = align::align(&landmarks, &marks, camera, settings.z_factor);
     let aligned: Vec<Point3<f64>> = mesh.positions().iter().map(|x| alignment.apply(x)).collect();
-    if let Some((vertex, x)) = aligned.iter().enumerate().find(|(_, x)| !camera.sees(x)) {
-        return Err(CustomizeError::BehindCamera { vertex: vertex as u32, z_mm: x.z, z_prp_mm: camera.z_prp_mm });
+    for (vertex, x) in aligned.iter().enumerate() {
+        in_sight(vertex as u32, x, camera)?;
     }
 
     let anchors: Vec<Anchor> = targets
@@ -161,6 +164,14 @@ pub fn customize(
         positions,
         aligned,
     })
+}
+
+fn in_sight(vertex: u32, x: &Point3<f64>, camera: &Camera) -> Result<(), CustomizeError> {
+    if camera.sees(x) {
+        Ok(())
+    } else {
+        Err(CustomizeError::BehindCamera { vertex, z_mm: x.z, z_prp_mm: camera.z_prp_mm })
+    }
 }
 
 /// Triangles whose normals before and after are more than a right angle apart.
