@@ -180,7 +180,7 @@ fn solve_part(
 /// unmeasured after all.
 pub fn infer(mesh: &Mesh, positions: &[Point3<f64>], states: &mut [VertexState], reach_mm: f64) -> Weights {
     let source: Vec<bool> = states.iter().copied().map(VertexState::is_known).collect();
-    let in_plane: Vec<Point2<f64>> = positions.iter().map(|p| p.xy()).collect();
+    let in_plane: Vec<Point2<f64>> = positions.iter().map(Point3::xy).collect();
     let unknown = surrounded(&in_plane, &source, reach_mm);
     if !unknown.contains(&true) {
         return Weights { rows: vec![Vec::new(); mesh.len()] };
