@@ -65,6 +65,8 @@ pub mod project;
 
 pub mod pipeline;
 
+pub mod study;
+
 pub mod export;
 
 pub mod cli;

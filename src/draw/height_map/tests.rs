@@ -2,8 +2,11 @@
 
 use super::*;
 
+/// Positions, triangles and values.
+type Sheet = (Vec<Point3<f64>>, Vec<[u32; 3]>, Vec<Option<f64>>);
+
 /// A square sheet of n × n vertices, 160 mm wide, with a Gauss bump of 0.14 in the middle; the lowest rows are not measured.
-fn bump(n: usize) -> (Vec<Point3<f64>>, Vec<[u32; 3]>, Vec<Option<f64>>) {
+fn bump(n: usize) -> Sheet {
     let at = |i: usize| (i as f64 / (n - 1) as f64 - 0.5) * 160.0;
     let positions: Vec<_> = (0..n * n).map(|k| Point3::new(at(k % n), at(k / n), 0.0)).collect();
     let value = |p: &Point3<f64>| (p.y > -41.0).then(|| 0.14 * (-(p.x * p.x + p.y * p.y) / 800.0).exp());

@@ -1,0 +1,5 @@
+//! Studies: scenes whose truth is known, against which the chain is measured.
+
+pub mod twin;
+
+pub use twin::{Twin, TwinError, TwinSettings};
