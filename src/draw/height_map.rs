@@ -35,9 +35,9 @@ pub struct HeightMapOptions {
     pub quantity: String,
     /// Heading; empty for none.
     pub title: String,
-    /// Turn of the view about the upright axis, rad (default −0.45; 0 looks along y, from the chin upwards).
+    /// Turn of the view about the upright axis, rad (default −0.35; 0 looks along y, from the chin upwards).
     pub azimuth: f64,
-    /// Height of the view above the face's plane, rad (default 0.72; π/2 looks straight down).
+    /// Height of the view above the face's plane, rad (default 1.0; π/2 looks straight down).
     pub elevation: f64,
 }
 
@@ -52,8 +52,8 @@ impl Default for HeightMapOptions {
             unit: "N".to_owned(),
             quantity: "|F|".to_owned(),
             title: String::new(),
-            azimuth: -0.45,
-            elevation: 0.72,
+            azimuth: -0.35,
+            elevation: 1.0,
         }
     }
 }
@@ -99,7 +99,7 @@ pub fn auto_range(values: &[Option<f64>]) -> [f64; 2] {
 /// Millimetres a unit so that the largest of `range` stands about a third of `width_mm` high, rounded down to one digit.
 pub fn auto_exaggeration(width_mm: f64, range: [f64; 2]) -> f64 {
     let largest = range[0].abs().max(range[1].abs());
-    let rough = 0.42 * width_mm / largest;
+    let rough = 0.36 * width_mm / largest;
     if !(rough.is_finite() && rough > 0.0) {
         return 1.0;
     }

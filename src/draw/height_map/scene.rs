@@ -195,7 +195,7 @@ impl Scene {
         self.floor_lines.extend(along(ys).map(|y| [at(xs[0], y), at(xs[1], y)]));
 
         let (width, height) = (f64::from(self.width), f64::from(self.height));
-        let view_box = [70.0, 0.14 * height, width - 190.0, height - 64.0];
+        let view_box = [70.0, 0.165 * height, width - 190.0, height - 64.0];
         let mut view = self.view;
         view.fit(self.points.iter().copied(), view_box);
         self.view = view;
@@ -265,7 +265,11 @@ impl Scene {
                 let stripe = (x + y).rem_euclid(HATCH_MM[0] * std::f64::consts::SQRT_2);
                 colour(if stripe < HATCH_MM[1] * std::f64::consts::SQRT_2 { HATCHING } else { NOT_MEASURED })
             }
-            Surface::Wall => lit(colour(value_colour()), 0.62),
+            // Half grey: a wall shows where the measured skin ends, it is no value of its own.
+            Surface::Wall => {
+                let (edge, grey) = (colour(value_colour()), colour(HATCHING));
+                std::array::from_fn(|c| 0.45 * edge[c] + 0.4 * grey[c])
+            }
             Surface::Measured => {
                 let normal = Vector3::from_fn(|axis, _| blend(&|i| self.normals[i][axis]));
                 // Light from the upper left of the picture, whatever the view's turn.

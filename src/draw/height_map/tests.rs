@@ -44,7 +44,7 @@ fn range_and_exaggeration_are_chosen_as_said() {
     assert_eq!(auto_range(&[Some(0.1), None, Some(0.142)]), [0.0, 0.142]);
     assert_eq!(auto_range(&[Some(-0.3), Some(0.142)]), [-0.3, 0.3]);
     assert_eq!(auto_range(&[None]), [0.0, 1.0]);
-    // 0.42 × 160 mm / 0.14 N = 480 mm/N, rounded down to 400.
+    // 0.36 × 160 mm / 0.14 N = 411 mm/N, rounded down to 400.
     assert_eq!(auto_exaggeration(160.0, [0.0, 0.14]), 400.0);
     assert_eq!(significant(0.142_49), "0.142");
     assert_eq!(significant(-12.34), "−12.3");
