@@ -8,6 +8,8 @@ use crate::export::NoFrame;
 use crate::face::file::FaceFileError;
 use crate::frames::FrameError;
 use crate::project::{FrameStatus, ProjectFileError};
+use crate::study::TwinError;
+use crate::study::scene::PersonError;
 
 /// Every way in which a command can fail.
 #[derive(Debug, thiserror::Error)]
@@ -58,6 +60,12 @@ pub enum CliError {
     /// The picture could not be drawn.
     #[error("the height map could not be drawn: {0}")]
     HeightMap(#[from] HeightMapError),
+    /// The twin's settings make no scene.
+    #[error("no twin can be made: {0}; see `frontalis twin --help`")]
+    Twin(#[from] TwinError),
+    /// The twin's person could not be made.
+    #[error("no person can be made for the twin: {0}; try another --seed or --distance-mm")]
+    Person(#[from] PersonError),
     /// A picture could not be encoded.
     #[error("{name} could not be encoded: {source}")]
     Encode {

@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand. Exit status 0 done, 1 could not be done (one line says why), 2 wrong usage.
 
 mod check;
+mod demo;
 mod error;
 mod export;
 mod face;
@@ -8,6 +9,7 @@ mod output;
 mod progress;
 mod scene;
 mod solve;
+mod twin;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -32,10 +34,14 @@ pub struct Arguments {
 /// What can be done without a window.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Solves the embedded sample: writes its project, its two frames, and what `solve` writes.
+    Demo(demo::Arguments),
     /// Computes the forces of a project: forces.csv, height_map.png, forces.vtp, report.json.
     Solve(solve::Arguments),
     /// Lists, shows, exports, checks and generates face models.
     Face(face::Arguments),
+    /// Makes a scene of known truth: a project, two rendered frames with a painted grid, truth.csv, truth.json.
+    Twin(twin::Arguments),
     /// Writes marks and results for other programs.
     Export(export::Arguments),
     /// Says everything that is wrong with a project.
@@ -48,8 +54,10 @@ pub const NO_WINDOW: &str = "no window can be opened here; run `frontalis demo -
 /// Runs a subcommand; what went wrong is said on stderr in one line.
 pub fn run(command: Command) -> ExitCode {
     let done = match command {
+        Command::Demo(arguments) => demo::run(&arguments),
         Command::Solve(arguments) => solve::run(&arguments),
         Command::Face(arguments) => face::run(&arguments),
+        Command::Twin(arguments) => twin::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
     };

@@ -155,8 +155,8 @@ pub fn save(project: &Project, path: &Path) -> Result<(), ProjectFileError> {
     whole_file::write(path, &bytes, Durability::Disk).map_err(failed)
 }
 
-/// The bytes of a project file, checked: what is written can be read back.
-pub(super) fn to_bytes(path: &Path, project: &Project) -> Result<Vec<u8>, ProjectFileError> {
+/// The bytes of a project file, checked: what is written can be read back. `path` serves the messages alone.
+pub fn to_bytes(path: &Path, project: &Project) -> Result<Vec<u8>, ProjectFileError> {
     refuse(path, faults::of_values(project))?;
     let too_strange = |e: serde_json::Error| ProjectFileError::Write { path: path.to_owned(), source: e.into() };
     json::write(&WriteOne { frontalis_project: VERSION, project }).map_err(too_strange)

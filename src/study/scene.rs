@@ -1,0 +1,203 @@
+//! A twin as an annotator would have marked it: a person, the project, and the true forces.
+//!
+//! The person's face *is* what customisation makes of the generic face from the person's landmarks: with marks at the
+//! truth the chain finds the true first frame to rounding, and what remains of an error belongs to the last frame.
+
+use nalgebra::{Point2, Point3, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use crate::camera::{Camera, Scale};
+use crate::customize::{self, CustomizeError, CustomizeSettings, LandmarkTarget};
+use crate::displacement::{DepthRule, UnmarkedRule};
+use crate::face::{FaceError, FaceModel, FaceParts};
+use crate::forces::{self, Springs};
+use crate::project::{CameraSettings, Feature, FramePair, FrameRef, Mark, Project, Role, Settings};
+
+use super::twin::Twin;
+
+/// Largest change of a person's proportions against the generic face: width, height, and the height of the lower face.
+const PROPORTIONS: f64 = 0.03;
+/// Largest further move of a landmark along x and y, mm: faces are not quite symmetric.
+const ASYMMETRY_MM: f64 = 0.5;
+/// Regions that are marked in the last frame.
+const MARKED: [&str; 2] = ["forehead_and_brows", "still"];
+/// The region of still points.
+const STILL: &str = "still";
+/// A still point may have been moved by the expression so far, mm: far below what a hand can mark.
+const STILL_WITHIN_MM: f64 = 0.02;
+/// How far inference reaches, mm: an edge and a half, so that a vertex skipped between marks is filled in and the lids, of which
+/// nothing is marked and which unfold rather than stretch, are not guessed from the brow and the eye corner.
+const REACH_MM: f64 = 12.0;
+/// Length of the two points that give the scale, mm.
+const RULER_MM: f64 = 50.0;
+
+/// Why a person could not be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PersonError {
+    /// The landmarks do not customise the face.
+    #[error(transparent)]
+    Customize(#[from] CustomizeError),
+    /// The customised face is no face.
+    #[error(transparent)]
+    Face(#[from] FaceError),
+}
+
+/// A person: the generic face customised to landmarks of other proportions, seen from `distance_mm`.
+///
+/// Depends on the seed and the distance of the camera alone; the same face model otherwise.
+pub fn person(generic: &FaceModel, seed: u64, distance_mm: f64) -> Result<FaceModel, PersonError> {
+    let mut random = Pcg64::seed_from_u64(seed ^ 0x7065_7273);
+    let mut within = |limit: f64| random.random_range(-limit..=limit);
+    let [wide, high, low] = [(); 3].map(|()| 1.0 + within(PROPORTIONS));
+    // Any scale will do: customisation works in millimetres on the view plane.
+    let camera = Camera { principal_point_px: Point2::origin(), z_prp_mm: distance_mm, z_vp_mm: 0.0, px_per_mm: 1.0 };
+    let mesh = generic.mesh();
+    let targets: Vec<LandmarkTarget> = generic
+        .landmarks()
+        .iter()
+        .filter_map(|l| {
+            let x = mesh.positions().get(l.vertex as usize)?;
+            let lower = if x.y < 0.0 { low } else { 1.0 };
+            let place = Point3::new(x.x * wide + within(ASYMMETRY_MM), x.y * high * lower + within(ASYMMETRY_MM), x.z);
+            Some(LandmarkTarget { vertex: l.vertex, at_in_image: camera.image_from_face(&place) })
+        })
+        .collect();
+    let customized = customize::customize(mesh, &targets, &camera, &CustomizeSettings::default())?;
+    let mesh = mesh.with_positions(customized.positions).map_err(FaceError::from)?;
+    let parts = FaceParts {
+        name: generic.name().to_owned(),
+        landmarks: generic.landmarks().to_vec(),
+        muscles: generic.muscles().to_vec(),
+        mirror: generic.mirror().to_vec(),
+        regions: generic.regions().to_vec(),
+    };
+    Ok(FaceModel::new(mesh, parts)?)
+}
+
+/// The project of a twin: every landmark, the forehead, the brows and the still points marked at the truth plus the
+/// twin's noise, the true camera and scale, and the depth rule that is true of this scene.
+///
+/// `sigma_px` is the marking error that the project states.
+pub fn project(twin: &Twin, face: &FaceModel, frames: [FrameRef; 2], sigma_px: f64) -> Project {
+    let [first_marks, last_marks] = twin.marks_in_image();
+    let mark = |marks: &[Point2<f64>], v: u32| marks.get(v as usize).map(|p| Mark::new([p.x, p.y]));
+    let landmarks = face.landmarks().iter().filter_map(|l| Some((l.id.clone(), mark(&first_marks, l.vertex)?)));
+    let still = twin.still(face.region(STILL), STILL_WITHIN_MM);
+    let marked = MARKED.iter().flat_map(|r| face.region(r)).map(|&v| {
+        let role = if still.contains(&v) { Role::Still } else { Role::Skin };
+        (v, Feature { first: None, last: mark(&last_marks, v), role })
+    });
+    let [first, last] = frames;
+    let corner = [40.0, 40.0];
+    Project {
+        name: format!("Brow raise of twin {}", twin.settings.seed),
+        frames: FramePair { first: Some(first), last: Some(last) },
+        camera: CameraSettings {
+            distance_mm: twin.camera.z_prp_mm - twin.camera.z_vp_mm,
+            view_plane_z_mm: twin.camera.z_vp_mm,
+            principal_point_px: Some([twin.camera.principal_point_px.x, twin.camera.principal_point_px.y]),
+        },
+        scale: Scale::TwoPoints {
+            a_px: corner,
+            b_px: [corner[0] + RULER_MM * twin.camera.px_per_mm, corner[1]],
+            mm: RULER_MM,
+        },
+        landmarks: landmarks.collect(),
+        features: marked.collect(),
+        settings: Settings {
+            depth: DepthRule::SlideOnSurface,
+            unmarked: UnmarkedRule::Inferred { reach_mm: REACH_MM },
+            marking_sigma_px: sigma_px,
+            ..Settings::default()
+        },
+        notes:
+            "A rendered scene whose truth is known: the skin slides on the face, so depth is taken from its surface."
+                .to_owned(),
+        ..Project::default()
+    }
+}
+
+/// The true forces of a twin, N: those of the project's own springs, all of them, at the true positions. Thesis (4.5).
+pub fn true_forces(twin: &Twin, face: &FaceModel, settings: &Settings) -> Vec<Vector3<f64>> {
+    let springs = Springs::new(face.mesh(), &twin.first, settings.springs, settings.skin_thickness_mm);
+    let mut truth = Vec::new();
+    forces::muscle_forces(&springs, &settings.skin, &twin.last, None, &mut truth);
+    truth
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::displacement::VertexState;
+    use crate::face;
+    use crate::pipeline::{self, Outcome, Workspace};
+    use crate::study::TwinSettings;
+
+    fn scene(noise_px: f64) -> (Twin, FaceModel, Project) {
+        let settings = TwinSettings { seed: 3, noise_px, ..TwinSettings::default() };
+        let person = person(&face::generic(), settings.seed, settings.distance_mm).unwrap();
+        let twin = Twin::generate(&person, &settings).unwrap();
+        let frame = |name: &str| FrameRef {
+            path: name.into(),
+            sha256: "0".repeat(64),
+            width_px: settings.size_px,
+            height_px: settings.size_px,
+        };
+        let project = project(&twin, &person, [frame("first.png"), frame("last.png")], noise_px);
+        (twin, person, project)
+    }
+
+    fn solved(project: &Project) -> Outcome {
+        pipeline::solve(project, &face::generic(), [1036, 1036], &mut Workspace::default())
+    }
+
+    /// ‖F − F_true‖ / ‖F_true‖ over measured vertices all of whose neighbours are measured: the others carry what was guessed
+    /// or what is missing around them.
+    fn force_error(face: &FaceModel, outcome: &Outcome, truth: &[Vector3<f64>]) -> (usize, f64) {
+        let measured = |v: u32| outcome.states[v as usize] == VertexState::Measured;
+        let inside = |v: &usize| measured(*v as u32) && face.mesh().neighbours(*v).iter().all(|n| measured(*n));
+        let vertices: Vec<usize> = (0..truth.len()).filter(inside).collect();
+        let off: f64 = vertices.iter().map(|&v| (outcome.field.force[v] - truth[v]).norm_squared()).sum();
+        let all: f64 = vertices.iter().map(|&v| truth[v].norm_squared()).sum();
+        (vertices.len(), (off / all).sqrt())
+    }
+
+    #[test]
+    fn with_marks_at_the_truth_the_chain_finds_the_first_frame_and_the_head() {
+        let (twin, _, project) = scene(0.0);
+        let outcome = solved(&project);
+        let farthest = outcome.first.iter().zip(&twin.first).map(|(a, b)| (a - b).norm()).fold(0.0_f64, f64::max);
+        assert!(farthest < 1e-8, "{farthest} mm");
+        assert!((outcome.camera.px_per_mm - twin.camera.px_per_mm).abs() < 1e-12);
+        assert!(outcome.head.still_points >= 6);
+        assert!(project.measured_count() >= 40, "{}", project.measured_count());
+    }
+
+    /// The twin slides on the first frame's surface, which is what the depth rule of its project assumes; frozen depth does not.
+    #[test]
+    fn with_marks_at_the_truth_the_field_is_as_true_as_the_depth_rule() {
+        let (twin, person, mut project) = scene(0.0);
+        let truth = true_forces(&twin, &person, &project.settings);
+        let (inside, slide) = force_error(&person, &solved(&project), &truth);
+        project.settings.depth = DepthRule::FixedDepth;
+        let (_, frozen) = force_error(&person, &solved(&project), &truth);
+        println!("{inside} vertices: slide {slide:.2e}, frozen {frozen:.2e}");
+        assert!(inside >= 50, "{inside}");
+        // What is left is the weak prior of the head's motion, which moves points by less than a micrometre.
+        assert!(slide < 1e-4, "{slide}");
+        assert!(frozen > 10.0 * slide, "{frozen}");
+    }
+
+    #[test]
+    fn people_differ_and_a_seed_is_always_the_same_person() {
+        let generic = face::generic();
+        let [a, b, c] = [1, 1, 2].map(|seed| person(&generic, seed, 1000.0).unwrap());
+        assert_eq!(a, b);
+        assert_ne!(a.mesh().positions(), c.mesh().positions());
+        // A person is not symmetric, but whole: one surface, nothing folded over.
+        let up = c.mesh().vertex_normals(c.mesh().positions());
+        let before = generic.mesh().vertex_normals(generic.mesh().positions());
+        assert!(up.iter().zip(&before).all(|(a, b)| a.dot(b) > 0.5));
+    }
+}

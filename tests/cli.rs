@@ -1,0 +1,409 @@
+//! The command line end to end: the real program, good input and bad, its words, its exit status, and what it leaves on disk.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use nalgebra::{Point3, Vector3};
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn frontalis(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_frontalis"));
+    command.args(arguments).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+    command.output().unwrap()
+}
+
+fn done(arguments: &[&str]) -> String {
+    let output = frontalis(arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {stderr}");
+    assert_eq!(stderr, "", "{arguments:?}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The one line that says why a command could not be done.
+fn refused(arguments: &[&str]) -> String {
+    let output = frontalis(arguments);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {stderr}");
+    assert!(stderr.starts_with("error: ") && stderr.ends_with('\n'), "{stderr}");
+    assert_eq!(stderr.lines().count(), 1, "{stderr}");
+    stderr
+}
+
+/// Names in a folder, hidden ones included.
+fn names(folder: &Path) -> BTreeSet<String> {
+    fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect()
+}
+
+fn set(names: &[&str]) -> BTreeSet<String> {
+    names.iter().map(|n| (*n).to_owned()).collect()
+}
+
+/// A folder with the embedded sample solved in `out`.
+fn sample() -> (TempDir, PathBuf) {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("out");
+    done(&["demo", "--out", out.to_str().unwrap()]);
+    (dir, out)
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// The sample's project, changed and written beside it.
+fn changed(out: &Path, change: impl FnOnce(&mut Value)) -> PathBuf {
+    let kept = fs::read_to_string(out.join("sample.frontalis.json")).unwrap();
+    let mut project: Value = serde_json::from_str(&kept).unwrap();
+    change(&mut project);
+    let path = out.join("changed.frontalis.json");
+    fs::write(&path, serde_json::to_string(&project).unwrap()).unwrap();
+    path
+}
+
+const RESULTS: [&str; 4] = ["forces.csv", "forces.vtp", "height_map.png", "report.json"];
+
+/// One row of a table of numbers, the last column apart.
+struct Row {
+    numbers: Vec<f64>,
+    last: String,
+}
+
+fn table(path: &Path) -> (String, Vec<Row>) {
+    let content = fs::read_to_string(path).unwrap();
+    let mut lines = content.lines();
+    let header = lines.next().unwrap().to_owned();
+    let rows = lines
+        .map(|line| {
+            let numbers = line.split(',').map(|f| f.parse().unwrap_or(f64::NAN)).collect();
+            Row { numbers, last: line.rsplit(',').next().unwrap().to_owned() }
+        })
+        .collect();
+    (header, rows)
+}
+
+fn point(row: &Row, from: usize) -> Point3<f64> {
+    Point3::new(row.numbers[from], row.numbers[from + 1], row.numbers[from + 2])
+}
+
+#[test]
+fn demo_does_the_main_job() {
+    let (dir, out) = sample();
+    assert_eq!(names(dir.path()), set(&["out"]));
+    let expected = [&RESULTS[..], &["first.png", "last.png", "sample.frontalis.json"]].concat();
+    assert_eq!(names(&out), set(&expected));
+    let report: Value = serde_json::from_str(&fs::read_to_string(out.join("report.json")).unwrap()).unwrap();
+    assert_eq!(report["force_unit"], "N");
+    assert_eq!(report["landmarks"]["placed"], 32);
+    assert!(report["vertices_by_state"]["measured"].as_u64().unwrap() >= 40);
+    assert!(report["self_check"]["ratio_to_largest_force"].as_f64().unwrap() < 1e-12);
+    assert!(report["landmarks"]["rms_after_px"].as_f64().unwrap() < 1e-9);
+    let map = image::open(out.join("height_map.png")).unwrap();
+    assert!(map.width() >= 640);
+    for frame in ["first.png", "last.png"] {
+        let picture = image::open(out.join(frame)).unwrap();
+        assert_eq!((picture.width(), picture.height()), (1036, 1036));
+    }
+}
+
+#[test]
+fn solve_writes_the_contract_and_keeps_what_is_not_its_own() {
+    let (dir, sample) = sample();
+    let project = sample.join("sample.frontalis.json");
+    let out = dir.path().join("results/of/today");
+    let said = done(&["solve", text(&project), "--out", text(&out)]);
+    assert!(said.contains("largest force") && said.contains(" N at vertex "), "{said}");
+    assert_eq!(names(&out), set(&RESULTS));
+    let (header, rows) = table(&out.join("forces.csv"));
+    assert_eq!(header, "vertex,x0_mm,y0_mm,z0_mm,x1_mm,y1_mm,z1_mm,fx_N,fy_N,fz_N,f_N,sigma_N,state");
+    assert_eq!(rows.len(), 612);
+    for row in &rows {
+        let known = row.numbers[4..12].iter().all(|n| n.is_finite());
+        assert_eq!(known, row.last != "unmeasured");
+        assert!(row.numbers[..4].iter().all(|n| n.is_finite()));
+    }
+    // The same again beside somebody's notes: own files replaced, theirs kept, the same numbers.
+    let before = fs::read(out.join("forces.csv")).unwrap();
+    fs::write(out.join("notes.txt"), "mine").unwrap();
+    done(&["solve", text(&project), "--out", text(&out)]);
+    assert_eq!(fs::read(out.join("forces.csv")).unwrap(), before);
+    assert_eq!(names(&out), set(&[&RESULTS[..], &["notes.txt"]].concat()));
+}
+
+/// Stress of the default skin, kPa: the table of the documentation, read by hand.
+fn stress_kpa(strain: f64) -> f64 {
+    let rows =
+        [(-0.2, -9.13), (-0.1, -3.35), (0.0, 0.0), (0.1, 3.62), (0.2, 10.9), (0.3, 33.4), (0.4, 136.0), (0.5, 851.0)];
+    if strain <= -0.2 {
+        return -9.13;
+    }
+    let last = rows.len() - 2;
+    let i = (0..last).find(|&i| strain <= rows[i + 1].0).unwrap_or(last);
+    let ((e0, s0), (e1, s1)) = (rows[i], rows[i + 1]);
+    s0 + (s1 - s0) * (strain - e0) / (e1 - e0)
+}
+
+/// F = −K X recomputed from nothing but `forces.csv`, the triangles and the skin's table: every edge is a strip of width
+/// ΣA/l and thickness 1.5 mm that pulls its ends together with h (ΣA/l) σ(ε); the muscles balance it.
+#[test]
+fn forces_agree_with_those_computed_by_hand_from_the_exported_positions() {
+    let (_dir, out) = sample();
+    let (_, rows) = table(&out.join("forces.csv"));
+    let triangles = frontalis::face::generic().mesh().triangles().to_vec();
+    let rest: Vec<Point3<f64>> = rows.iter().map(|r| point(r, 1)).collect();
+    let mut strip = std::collections::BTreeMap::<(u32, u32), f64>::new();
+    for [a, b, c] in triangles {
+        let [pa, pb, pc] = [a, b, c].map(|v| rest[v as usize]);
+        let area = 0.5 * (pb - pa).cross(&(pc - pa)).norm();
+        for (i, j) in [(a, b), (b, c), (c, a)] {
+            *strip.entry((i.min(j), i.max(j))).or_default() += area;
+        }
+    }
+    let mut by_hand = vec![Vector3::zeros(); rows.len()];
+    for (&(i, j), area) in &strip {
+        let (a, b) = (&rows[i as usize], &rows[j as usize]);
+        if a.last == "unmeasured" || b.last == "unmeasured" {
+            continue;
+        }
+        let length = (point(a, 1) - point(b, 1)).norm();
+        let apart = point(a, 4) - point(b, 4);
+        let strain = apart.norm() / length - 1.0;
+        // kPa · mm² = 1e-3 N.
+        let tension = 1e-3 * 1.5 * area / length * stress_kpa(strain);
+        let pull = apart.normalize() * tension;
+        by_hand[i as usize] += pull;
+        by_hand[j as usize] -= pull;
+    }
+    let mut largest = 0.0_f64;
+    for (row, f) in rows.iter().zip(&by_hand).filter(|(r, _)| r.last != "unmeasured") {
+        let written = Vector3::new(row.numbers[7], row.numbers[8], row.numbers[9]);
+        largest = largest.max(written.norm());
+        assert!((written.norm() - row.numbers[10]).abs() <= 1e-15);
+        assert!((written - f).norm() <= 1e-9 * f.norm().max(1e-3), "vertex {}: {written} {f}", row.numbers[0]);
+    }
+    assert!(largest > 0.01, "the sample moves: {largest} N");
+}
+
+#[test]
+fn twin_writes_a_scene_of_known_truth_that_solves() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("twin");
+    done(&["twin", "--out", text(&out), "--seed", "7", "--noise-px", "0"]);
+    assert_eq!(names(&out), set(&["first.png", "last.png", "truth.csv", "truth.json", "twin.frontalis.json"]));
+    let (header, truth) = table(&out.join("truth.csv"));
+    assert_eq!(header, "vertex,x0_mm,y0_mm,z0_mm,x1_mm,y1_mm,z1_mm,x0_px,y0_px,x1_px,y1_px,fx_N,fy_N,fz_N");
+    assert_eq!(truth.len(), 612);
+    let facts: Value = serde_json::from_str(&fs::read_to_string(out.join("truth.json")).unwrap()).unwrap();
+    assert_eq!(facts["seed"], 7);
+    assert!(facts["activations"].is_object() || facts["activations"].is_string());
+
+    let project = out.join("twin.frontalis.json");
+    done(&["check", text(&project)]);
+    let solved = dir.path().join("solved");
+    done(&["solve", text(&project), "--out", text(&solved)]);
+    let (_, rows) = table(&solved.join("forces.csv"));
+    for (row, true_row) in rows.iter().zip(&truth) {
+        assert!((point(row, 1) - point(true_row, 1)).norm() < 1e-6, "vertex {}", row.numbers[0]);
+    }
+    // The same seed gives the same scene, bit for bit; another gives another.
+    let again = dir.path().join("again");
+    done(&["twin", "--out", text(&again), "--seed", "7", "--noise-px", "0"]);
+    for name in names(&out) {
+        assert_eq!(fs::read(out.join(&name)).unwrap(), fs::read(again.join(&name)).unwrap(), "{name}");
+    }
+    assert!(refused(&["twin", "--out", text(&again), "--noise-px", "21"]).contains("noise_px is 21"));
+}
+
+#[test]
+fn face_lists_shows_exports_checks_and_generates() {
+    let dir = tempfile::tempdir().unwrap();
+    assert!(done(&["face", "list"]).contains("612 vertices, 1128 triangles, 32 landmarks, 18 muscles"));
+    let shown = done(&["face", "show"]);
+    assert!(shown.contains("nose_tip") && shown.contains("muscles") && shown.contains("Musculus"), "{shown}");
+    done(&["face", "check"]);
+    let obj = dir.path().join("face.obj");
+    done(&["face", "export", "--out", text(&obj)]);
+    let lines = fs::read_to_string(&obj).unwrap();
+    assert_eq!(lines.lines().filter(|l| l.starts_with("v ")).count(), 612);
+    assert_eq!(lines.lines().filter(|l| l.starts_with("f ")).count(), 1128);
+    let json = dir.path().join("face.json");
+    done(&["face", "generate", "--out", text(&json)]);
+    done(&["face", "check", text(&json)]);
+    assert_eq!(done(&["face", "show", "--face", text(&json)]), shown);
+
+    let bad = dir.path().join("bad.json");
+    fs::write(&bad, fs::read_to_string(&json).unwrap().replacen("[", "[x", 1)).unwrap();
+    assert!(refused(&["face", "check", text(&bad)]).contains("bad.json"));
+    assert!(refused(&["face", "show", "--face", "/nowhere/face.json"]).contains("/nowhere/face.json"));
+}
+
+#[test]
+fn export_writes_every_format_and_never_over_the_project() {
+    let (dir, out) = sample();
+    let project = out.join("sample.frontalis.json");
+    let starts = [
+        ("csv", "frame,id,name,x_px,y_px,state,sigma_px\n"),
+        ("tps", "LM="),
+        ("coco", "{\n"),
+        ("obj", "# "),
+        ("vtk", "<?xml"),
+    ];
+    for (format, start) in starts {
+        let file = dir.path().join(format);
+        done(&["export", text(&project), "--format", format, "--out", text(&file)]);
+        assert!(fs::read_to_string(&file).unwrap().starts_with(start), "{format}");
+    }
+    let coco: Value = serde_json::from_str(&fs::read_to_string(dir.path().join("coco")).unwrap()).unwrap();
+    let keypoints = coco["categories"][0]["keypoints"].as_array().unwrap().len();
+    assert_eq!(coco["annotations"][1]["keypoints"].as_array().unwrap().len(), 3 * keypoints);
+    let kept = fs::read(&project).unwrap();
+    assert!(refused(&["export", text(&project), "--format", "csv", "--out", text(&project)]).contains("--out"));
+    assert_eq!(fs::read(&project).unwrap(), kept);
+}
+
+#[test]
+fn check_says_everything_that_is_wrong() {
+    let (_dir, out) = sample();
+    assert!(done(&["check", text(&out.join("sample.frontalis.json"))]).contains("no errors"));
+    let path = changed(&out, |p| {
+        p["frames"]["last"]["path"] = "gone.png".into();
+        p["landmarks"]["third_eye"] = serde_json::json!({ "at_px": [10.0, 10.0] });
+        p["landmarks"]["nose_tip"]["at_px"] = serde_json::json!([-50.0, 10.0]);
+        p["features"]["5000"] = serde_json::json!({ "last": { "at_px": [20.0, 20.0] } });
+        p["camera"]["distance_mm"] = 3.into();
+    });
+    let output = frontalis(&["check", text(&path)]);
+    assert_eq!(output.status.code(), Some(1));
+    let listed = String::from_utf8(output.stdout).unwrap();
+    for wrong in ["frames.last: ", "landmarks.third_eye", "landmarks.nose_tip.at_px", "features.5000", "camera: "] {
+        assert!(listed.contains(&format!("error: {wrong}")), "{wrong} in {listed}");
+    }
+    assert!(String::from_utf8(output.stderr).unwrap().contains("5 errors"));
+}
+
+/// Every bad project: one line that names the file and the reason, status 1, and nothing written.
+#[test]
+fn bad_projects_are_refused_and_leave_nothing() {
+    let (dir, sample) = sample();
+    let goal = dir.path().join("never");
+    let refuse = |project: &Path, wanted: &[&str]| {
+        let line = refused(&["solve", text(project), "--out", text(&goal)]);
+        for word in wanted {
+            assert!(line.contains(word), "{word} in {line}");
+        }
+        assert!(!goal.exists());
+        assert_eq!(names(dir.path()), set(&["out"]));
+    };
+    let bad = sample.join("changed.frontalis.json");
+    refuse(&sample.join("absent.frontalis.json"), &["absent.frontalis.json", "cannot be read"]);
+    refuse(&sample, &["it is a folder"]);
+    refuse(&sample.join("first.png"), &["first.png", "is not text"]);
+    changed(&sample, |p| p["frontalis_project"] = 3.into());
+    refuse(&bad, &["made by a newer Frontalis (format 3, this one reads up to 1): update Frontalis"]);
+    changed(&sample, |p| p["landmarks"]["nose_tip"]["at_px"] = "here".into());
+    refuse(&bad, &["changed.frontalis.json", "landmarks.nose_tip.at_px", "invalid type"]);
+    changed(&sample, |p| p["features"]["5000"] = serde_json::json!({ "last": { "at_px": [20.0, 20.0] } }));
+    refuse(&bad, &["features.5000", "its vertices are 0 to 611"]);
+    changed(&sample, |p| p["settings"]["skin_thickness_mm"] = (-1.5).into());
+    refuse(&bad, &["settings: ", "greater than zero"]);
+    let whole = fs::read_to_string(sample.join("sample.frontalis.json")).unwrap();
+    fs::write(&bad, whole.replacen("\"distance_mm\": 1", "\"distance_mm\": NaN, \"x\": 1", 1)).unwrap();
+    refuse(&bad, &["changed.frontalis.json", "line "]);
+    fs::write(&bad, &whole[..whole.len() / 2]).unwrap();
+    refuse(&bad, &["line ", "EOF"]);
+
+    changed(&sample, |p| p["frames"]["first"]["path"] = "gone.png".into());
+    refuse(&bad, &["the first frame", "gone.png", "there is no such file", "--ignore-frames"]);
+    // Half a picture, known by its own hash: it is the decoder that must refuse.
+    let half = fs::read(sample.join("first.png")).unwrap();
+    fs::write(sample.join("half.png"), &half[..half.len() / 2]).unwrap();
+    let sha = frontalis::frames::Frame::sha256_of(&sample.join("half.png")).unwrap();
+    changed(&sample, |p| {
+        p["frames"]["first"]["path"] = "half.png".into();
+        p["frames"]["first"]["sha256"] = sha.into();
+    });
+    refuse(&bad, &["half.png"]);
+    changed(&sample, |p| p["frames"]["first"]["width_px"] = 1000.into());
+    refuse(&bad, &["first.png", "1036 × 1036", "1000 × 1036"]);
+    changed(&sample, |p| p["frames"]["last"]["path"] = "first.png".into());
+    refuse(&bad, &["the last frame", "is not the picture that was marked"]);
+}
+
+#[test]
+fn marks_can_be_solved_without_their_pictures() {
+    let (dir, sample) = sample();
+    let bad = changed(&sample, |p| p["frames"]["first"]["path"] = "gone.png".into());
+    let out = dir.path().join("results");
+    done(&["solve", text(&bad), "--out", text(&out), "--ignore-frames"]);
+    assert_eq!(fs::read(out.join("forces.csv")).unwrap(), fs::read(sample.join("forces.csv")).unwrap());
+    assert!(fs::read_to_string(out.join("report.json")).unwrap().contains("there is no such file"));
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_named_and_left_alone() {
+    let (dir, sample) = sample();
+    let project = sample.join("sample.frontalis.json");
+    let file = dir.path().join("file.txt");
+    fs::write(&file, "kept").unwrap();
+    for out in [file.join("out"), file.clone()] {
+        let line = refused(&["solve", text(&project), "--out", text(&out)]);
+        assert!(line.contains("file.txt") && line.contains("cannot be written"), "{line}");
+        refused(&["demo", "--out", text(&out)]);
+        refused(&["twin", "--out", text(&out)]);
+    }
+    refused(&["export", text(&project), "--format", "csv", "--out", text(&file.join("x.csv"))]);
+    refused(&["face", "generate", "--out", text(&file.join("x.json"))]);
+    // A folder stands where a result should go: nothing is replaced.
+    let taken = dir.path().join("taken");
+    fs::create_dir_all(taken.join("report.json")).unwrap();
+    fs::write(taken.join("forces.csv"), "old").unwrap();
+    assert!(refused(&["solve", text(&project), "--out", text(&taken)]).contains("report.json"));
+    assert_eq!(fs::read_to_string(taken.join("forces.csv")).unwrap(), "old");
+    assert_eq!(names(&taken), set(&["forces.csv", "report.json"]));
+    assert_eq!(fs::read_to_string(&file).unwrap(), "kept");
+    assert_eq!(names(dir.path()), set(&["file.txt", "out", "taken"]));
+}
+
+#[test]
+fn wrong_usage_is_status_2_and_help_names_every_command() {
+    for wrong in
+        [&["solve"][..], &["export", "a", "--format", "xls", "--out", "b"], &["twin", "--seed", "x", "--out", "b"]]
+    {
+        assert_eq!(frontalis(wrong).status.code(), Some(2), "{wrong:?}");
+    }
+    let help = done(&["--help"]);
+    for command in ["demo", "solve", "face", "twin", "export", "check"] {
+        assert!(help.contains(command), "{help}");
+    }
+    assert!(done(&["--version"]).starts_with("frontalis "));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn without_a_display_the_way_on_is_named() {
+    assert!(refused(&[]).contains("frontalis demo --out DIR"));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_leaves_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("twin");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_frontalis")).args(["twin", "--out", text(&out)]).spawn().unwrap();
+    // Interrupted as soon as its working folder is there.
+    let begun = std::time::Instant::now();
+    while names(dir.path()).is_empty() && begun.elapsed().as_secs() < 60 && child.try_wait().unwrap().is_none() {
+        std::thread::yield_now();
+    }
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    let status = child.wait().unwrap();
+    if killed.success() && status.code() == Some(130) {
+        assert!(names(dir.path()).is_empty(), "{:?}", names(dir.path()));
+    } else {
+        // It was done before the interrupt came.
+        assert_eq!(names(dir.path()), set(&["twin"]));
+    }
+}
