@@ -231,19 +231,23 @@ fn can_draw(test: &str) -> bool {
     false
 }
 
-fn picture(name: &str, theme: egui::Theme, size: [f32; 2], pixels_per_point: f32, state: State) {
+/// Set to a folder, the pictures are written there and compared with nothing; `FRONTALIS_PICTURE_SCALE` makes them larger.
+const PICTURES_TO: &str = "FRONTALIS_PICTURES_TO";
+
+fn picture(name: &str, theme: egui::Theme, state: State) {
+    let scale: f32 = std::env::var("FRONTALIS_PICTURE_SCALE").ok().and_then(|s| s.parse().ok()).unwrap_or(1.0);
     if !can_draw(name) {
         return;
     }
     let mut harness = Harness::builder()
-        .with_size(size)
+        .with_size([1280.0, 760.0])
         .with_theme(theme)
-        .with_pixels_per_point(pixels_per_point)
+        .with_pixels_per_point(scale)
         .with_context_setup(theme::install)
         .wgpu()
         .build_ui_state(panel, state);
     harness.run();
-    if let Some(folder) = std::env::var_os("FRONTALIS_PICTURES_TO") {
+    if let Some(folder) = std::env::var_os(PICTURES_TO) {
         let image = harness.render().unwrap();
         image.save(std::path::Path::new(&folder).join(format!("{name}.png"))).unwrap();
         return;
@@ -262,14 +266,17 @@ fn with(change: impl FnOnce(&mut State)) -> State {
 }
 
 #[test]
-fn pictures_of_the_height_map() {
-    let size = [1280.0, 760.0];
-    picture("map_light", egui::Theme::Light, size, 1.0, with(|_| {}));
-    picture("map_dark", egui::Theme::Dark, size, 1.0, with(|_| {}));
+fn picture_of_the_height_map_in_the_light() {
+    picture("map_light", egui::Theme::Light, with(|_| {}));
 }
 
 #[test]
-fn pictures_of_a_signed_component_with_everything_switched_on() {
+fn picture_of_the_height_map_in_the_dark() {
+    picture("map_dark", egui::Theme::Dark, with(|_| {}));
+}
+
+#[test]
+fn picture_of_a_signed_component_with_everything_switched_on() {
     let all = |s: &mut State| {
         s.view.options.quantity = Quantity::Along;
         s.view.options.direction = Direction::Fibre;
@@ -280,11 +287,11 @@ fn pictures_of_a_signed_component_with_everything_switched_on() {
         s.view.profile_along_fibre = true;
         s.focus.selected = Some(PointId::FeatureLast(s.peak() as u32));
     };
-    picture("signed_light", egui::Theme::Light, [1280.0, 760.0], 1.0, with(all));
+    picture("signed_light", egui::Theme::Light, with(all));
 }
 
 #[test]
-fn pictures_of_the_table_and_of_arrows_on_the_face() {
+fn picture_of_the_table_and_of_arrows_on_the_face() {
     let arrows = |s: &mut State| {
         s.view.options.relief = Relief::FaceColoured;
         s.view.options.fit_known = false;
@@ -293,16 +300,16 @@ fn pictures_of_the_table_and_of_arrows_on_the_face() {
         s.view.look(StandardView::Front);
         s.view.tab = Tab::Table;
     };
-    picture("arrows_dark", egui::Theme::Dark, [1280.0, 760.0], 1.0, with(arrows));
+    picture("arrows_dark", egui::Theme::Dark, with(arrows));
 }
 
 #[test]
-fn pictures_from_the_side_with_shells() {
+fn picture_from_the_side_with_shells() {
     let side = |s: &mut State| {
         s.view.options.errors = ErrorDisplay::Shells;
         s.view.look(StandardView::Below);
     };
-    picture("below_light", egui::Theme::Light, [1280.0, 760.0], 1.0, with(side));
+    picture("below_light", egui::Theme::Light, with(side));
 }
 
 /// Not a test of right and wrong: prints how long a frame takes at growing sizes. `cargo test --test forces_panel -- --ignored --nocapture`

@@ -46,8 +46,15 @@ pub struct Inks {
 }
 
 impl Inks {
-    /// The inks on a light or a dark canvas.
-    pub fn new(visuals: &egui::Visuals) -> Self {
+    /// The inks on a light or a dark canvas, under a palette of magnitudes (blue to yellow) or of signed values (blue to red): what is
+    /// selected has a colour that the palette does not have.
+    pub fn new(visuals: &egui::Visuals, signed: bool) -> Self {
+        let selected = match (visuals.dark_mode, signed) {
+            (true, false) => Color32::from_rgb(255, 112, 67),
+            (false, false) => Color32::from_rgb(216, 67, 21),
+            (true, true) => Color32::from_rgb(72, 207, 173),
+            (false, true) => Color32::from_rgb(0, 121, 107),
+        };
         let grey = Color32::from_gray;
         let clear = |level: u8, alpha: u8| Color32::from_rgba_unmultiplied(level, level, level, alpha);
         if visuals.dark_mode {
@@ -66,7 +73,7 @@ impl Inks {
                 noise: clear(255, 150),
                 marker: grey(12),
                 halo: grey(240),
-                selected: Color32::from_rgb(255, 112, 67),
+                selected,
                 hovered: Color32::WHITE,
                 arrow: grey(245),
             }
@@ -86,7 +93,7 @@ impl Inks {
                 noise: clear(255, 170),
                 marker: grey(12),
                 halo: grey(250),
-                selected: Color32::from_rgb(216, 67, 21),
+                selected,
                 hovered: Color32::BLACK,
                 arrow: grey(15),
             }

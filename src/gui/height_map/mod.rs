@@ -5,6 +5,7 @@ pub mod ink;
 pub mod options;
 pub mod palette;
 pub mod picking;
+pub mod profile;
 pub mod quantity;
 pub mod range;
 pub mod scene;

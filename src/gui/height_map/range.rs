@@ -14,6 +14,13 @@ pub enum RangeMode {
     Locked(ColourRange),
 }
 
+impl RangeMode {
+    /// The mode for what must not depend on the view: heights, and charts beside the map.
+    pub fn without_view(self) -> Self {
+        if self == Self::InView { Self::Auto } else { self }
+    }
+}
+
 /// The values at the two ends of the colour bar; `low < high`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColourRange {
@@ -81,8 +88,8 @@ pub fn round_up(value: f64) -> f64 {
     }
     let power = 10_f64.powi(value.log10().floor() as i32);
     let digits = value / power;
-    const GOOD: [f64; 11] = [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0];
-    GOOD.into_iter().find(|g| *g >= digits - 1e-9).unwrap_or(10.0) * power
+    [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0].into_iter().find(|g| *g >= digits - 1e-9).unwrap_or(10.0)
+        * power
 }
 
 /// The nearest of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten, not above the value: for factors that are printed.
@@ -92,8 +99,7 @@ pub fn round_down(value: f64) -> f64 {
     }
     let power = 10_f64.powi(value.log10().floor() as i32);
     let digits = value / power;
-    const GOOD: [f64; 8] = [8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0];
-    GOOD.into_iter().find(|g| *g <= digits + 1e-9).unwrap_or(1.0) * power
+    [8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0].into_iter().find(|g| *g <= digits + 1e-9).unwrap_or(1.0) * power
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ use super::axes::Ground;
 use super::ink::{Ink, Inks};
 use super::options::{ErrorDisplay, MapOptions, noise_floor};
 use super::palette::Palette;
+use super::profile::Line;
 use super::quantity::Layer;
 use super::surface::{Piece, Relief, Surface, at, level_piece, levels_between};
 use crate::displacement::VertexState;
@@ -42,6 +43,8 @@ pub struct Scene<'a> {
     pub contour_levels: &'a [f64],
     /// mm of arrow per unit of force.
     pub arrow_mm_per_unit: f64,
+    /// Lines whose cuts through the surface are drawn: those of the profiles.
+    pub cuts: &'a [Line],
     /// The ground; unmeasured skin beyond it is left out.
     pub ground: &'a Ground,
 }
@@ -214,6 +217,11 @@ impl Scene<'_> {
             for &level in self.contour_levels {
                 self.piece(top, level_piece(value, level), 1.0, self.inks.contour, ink);
             }
+        }
+        for line in self.cuts {
+            let side = top.map(|p| line.place(&p).1);
+            self.piece(top, level_piece(side, 0.0), 3.0, self.inks.canvas.gamma_multiply(0.35), ink);
+            self.piece(top, level_piece(side, 0.0), 1.4, self.inks.selected, ink);
         }
         if self.options.noise_floor && s.relief == Relief::Plane {
             self.noise_plane(corners, value, ink);

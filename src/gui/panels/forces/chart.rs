@@ -2,10 +2,10 @@
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, pos2, vec2};
 
-use super::canvas::hatch;
-use super::profile::{ProfilePoint, Section};
+use super::legend::hatch;
 use crate::draw::ticks::{labels, nice_ticks};
 use crate::gui::height_map::ink::Inks;
+use crate::gui::height_map::profile::{ProfilePoint, Section};
 
 /// What a chart shows.
 pub(super) struct Chart<'a> {

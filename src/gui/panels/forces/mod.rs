@@ -4,7 +4,7 @@ mod canvas;
 mod card;
 mod chart;
 mod colour_bar;
-mod profile;
+mod legend;
 mod profiles;
 mod summary;
 mod table;
@@ -16,7 +16,6 @@ use crate::gui::orbit_view::{OrbitView, StandardView};
 use crate::gui::{Command, Focus, Scene};
 use crate::project::PointId;
 
-pub use profile::{Line, ProfilePoint, Section, section};
 pub use table::{Column, Sorting};
 
 /// What the workspace of the forces remembers about showing.
@@ -135,7 +134,9 @@ pub fn show(
         Tab::Profiles => profiles::show(ui, scene, view, &layer, selected, focus, commands),
         Tab::Table => table::show(ui, scene, view, selected, focus, commands),
     });
+    let cuts = profiles::lines(scene, view, selected).filter(|_| view.tab == Tab::Profiles);
+    let cuts = cuts.map_or_else(Vec::new, |(_, lines)| lines.to_vec());
     egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
-        canvas::show(ui, scene, view, &layer, selected, focus, commands);
+        canvas::show(ui, scene, view, &layer, &cuts, focus, commands);
     });
 }

@@ -1,14 +1,15 @@
 //! The two profiles under the map: one up the face or along a muscle's fibre, one across it.
 
 use egui::{Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+use nalgebra::Point3;
 
 use super::chart::{self, Chart};
-use super::profile::{Line, Section, section};
 use super::{ForcesView, select};
+use crate::gui::height_map::Layer;
 use crate::gui::height_map::ink::Inks;
+use crate::gui::height_map::profile::{Line, ProfilePoint, Section, section};
 use crate::gui::height_map::quantity::muscle_name;
 use crate::gui::height_map::range::{range_of, round_up};
-use crate::gui::height_map::{Layer, RangeMode};
 use crate::gui::{Command, Focus, Scene};
 
 /// Shows both charts side by side.
@@ -38,34 +39,24 @@ pub(super) fn show(
     })
     .response
     .on_hover_text("Points are vertices near the line, with ± one standard error; the line is the surface, cut");
-    let Some(v) = through.filter(|v| *v < scene.outcome.first.len()) else { return };
-    let at = scene.outcome.first[v];
-    let band = 0.5 * scene.face.mesh().mean_edge_length();
-    let fibre = view.options.muscle.and_then(|m| scene.face.muscles().get(m)).and_then(|muscle| {
-        let first = &scene.outcome.first;
-        let ends = (first.get(muscle.attachment as usize)?, first.get(muscle.insertion as usize)?);
-        Line::between(ends.0, ends.1, muscle.half_width_mm)
-    });
-    let (upper, upper_title, upper_axis) = match fibre.filter(|_| view.profile_along_fibre) {
-        Some(line) => (line, "Along the fibre".to_owned(), "from attachment towards insertion, mm"),
-        None => (Line::vertical(&at, band), format!("Vertical, x = {:.0} mm", at.x).replace('-', "−"), "y, mm"),
+    let Some((at, [upper, lateral])) = lines(scene, view, selected) else { return };
+    let (upper_title, upper_axis) = if upper.along == nalgebra::Vector2::y() && !view.profile_along_fibre {
+        (format!("Vertical, x = {:.0} mm", at.x).replace('-', "−"), "y, mm")
+    } else {
+        ("Along the fibre".to_owned(), "from attachment towards insertion, mm")
     };
     let lateral_title = format!("Lateral, y = {:.0} mm", at.y).replace('-', "−");
     let cut = |line: &Line| section(scene.face.mesh(), &scene.outcome.first, &|v| layer.value_and_error(v), line);
-    let sections = [cut(&upper), cut(&Line::lateral(&at, band))];
+    let sections = [cut(&upper), cut(&lateral)];
     let titles = [(upper_title, upper_axis), (lateral_title, "x, mm")];
 
     let rect = ui.available_rect_before_wrap();
-    let inks = Inks::new(ui.visuals());
+    let inks = Inks::new(ui.visuals(), layer.signed);
     let response = ui.allocate_rect(rect, Sense::click());
     let pointer = ui.input(|i| i.pointer.hover_pos()).filter(|p| rect.contains(*p));
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 4.0, inks.canvas);
-    let range = range_of(
-        if view.options.range == RangeMode::InView { RangeMode::Auto } else { view.options.range },
-        layer,
-        &|_| true,
-    );
+    let range = range_of(view.options.range.without_view(), layer, &|_| true);
     let palette = view.options.palette(layer, range);
     let values = limits(&sections, layer.signed);
     let up = layer.axis_title();
@@ -85,6 +76,20 @@ pub(super) fn show(
     response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, &words));
 }
 
+/// The point that the profiles run through, and their lines: up the face or along the chosen fibre, and across.
+pub(super) fn lines(scene: Scene<'_>, view: &ForcesView, selected: Option<usize>) -> Option<(Point3<f64>, [Line; 2])> {
+    let first = &scene.outcome.first;
+    let through = selected.or_else(|| scene.outcome.field.peak(&scene.outcome.states).map(|(v, _)| v))?;
+    let at = *first.get(through)?;
+    let band = 0.5 * scene.face.mesh().mean_edge_length();
+    let muscle = view.options.muscle.and_then(|m| scene.face.muscles().get(m)).filter(|_| view.profile_along_fibre);
+    let fibre = muscle.and_then(|muscle| {
+        let (a, i) = (first.get(muscle.attachment as usize)?, first.get(muscle.insertion as usize)?);
+        Line::between(a, i, muscle.half_width_mm)
+    });
+    Some((at, [fibre.unwrap_or_else(|| Line::vertical(&at, band)), Line::lateral(&at, band)]))
+}
+
 fn muscle_chooser(ui: &mut Ui, scene: Scene<'_>, view: &mut ForcesView) {
     ui.menu_button("Muscle…", |ui| {
         egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
@@ -101,7 +106,7 @@ fn muscle_chooser(ui: &mut Ui, scene: Scene<'_>, view: &mut ForcesView) {
 
 /// Limits of the vertical axis that hold both charts with their error bars, so that they can be compared.
 fn limits(sections: &[Section; 2], signed: bool) -> [f64; 2] {
-    let reach = |p: &super::ProfilePoint| {
+    let reach = |p: &ProfilePoint| {
         let error = p.error.unwrap_or(0.0);
         [p.value - error, p.value + error]
     };

@@ -108,11 +108,7 @@ fn range(ui: &mut Ui, options: &mut MapOptions, layer: &Layer) {
 
 fn exaggeration(ui: &mut Ui, options: &mut MapOptions, layer: &Layer) {
     let automatic = options.exaggeration == Exaggeration::Auto;
-    let mut mm = options.exaggeration.mm_per_unit(range_of(
-        if options.range == RangeMode::InView { RangeMode::Auto } else { options.range },
-        layer,
-        &|_| true,
-    ));
+    let mut mm = options.exaggeration.mm_per_unit(range_of(options.range.without_view(), layer, &|_| true));
     ui.label("Height ×");
     let unit = if layer.unit == "N" { " mm/N" } else { " mm/unit" };
     let speed = mm * 0.01;

@@ -115,7 +115,8 @@ mod tests {
 
     /// A 5 × 5 grid, 10 mm apart, whose value is 3 + 0.2 x − 0.1 y: linear, so the cut is exact.
     fn grid() -> (Mesh, impl Fn(usize) -> Option<(f64, Option<f64>)>) {
-        let p: Vec<_> = (0..25).map(|k| Point3::new(f64::from(k % 5) * 10.0, f64::from(k / 5) * 10.0, 7.0)).collect();
+        let p: Vec<_> =
+            (0..25_u8).map(|k| Point3::new(f64::from(k % 5) * 10.0, f64::from(k / 5) * 10.0, 7.0)).collect();
         let values: Vec<f64> = p.iter().map(|p| 3.0 + 0.2 * p.x - 0.1 * p.y).collect();
         let t = (0..16)
             .flat_map(|k| {
