@@ -1,5 +1,7 @@
 //! The workspace of the forces: what it draws, what it answers to pointer and keys, and how it looks.
 
+#![allow(clippy::unwrap_used, reason = "a test whose stage cannot be set has failed")]
+
 use std::sync::Arc;
 
 use egui::{Key, Pos2, Vec2};
@@ -9,13 +11,13 @@ use frontalis::camera::{Camera, HeadMotion};
 use frontalis::displacement::VertexState;
 use frontalis::face::{FaceModel, Landmark, Mesh, Muscle, Side};
 use frontalis::gui::height_map::{
-    ColourRange, Direction, ErrorDisplay, Exaggeration, Layer, Quantity, RangeMode, Relief,
+    ColourRange, Direction, ErrorDisplay, Exaggeration, Layer, Quantity, RangeMode, Relief, quantity, range,
 };
 use frontalis::gui::orbit_view::{OrbitView, StandardView};
 use frontalis::gui::panels::forces::{self, ForcesView, Tab, vertex_name};
 use frontalis::gui::{Command, Focus, Scene, theme};
-use frontalis::pipeline::{ForceField, LandmarkFit, Outcome, Warning};
-use frontalis::project::{PointId, Project};
+use frontalis::pipeline::{ForceField, LandmarkFit, Outcome, Warning, Workspace, solve};
+use frontalis::project::{Feature, Mark, PointId, Project, Role};
 use nalgebra::{Point2, Point3, Vector3};
 
 /// A face-like shell: a grid of `columns` × `rows` inside an ellipse 150 × 210 mm, domed like an ellipsoid.
@@ -159,6 +161,32 @@ fn outcome(face: &FaceModel) -> Outcome {
     }
 }
 
+/// A brow raise on the generic face, marked exactly as the camera sees it, through the whole chain. Still points as the face names them.
+fn from_the_chain() -> State {
+    let face = frontalis::face::generic();
+    let camera =
+        Camera { principal_point_px: Point2::new(518.0, 518.0), z_prp_mm: 1000.0, z_vp_mm: 0.0, px_per_mm: 4.0 };
+    let seen = |v: u32, raised: bool| {
+        let p = face.mesh().positions()[v as usize];
+        let up = if raised { 4.0 * (-((p.y - 30.0) / 20.0).powi(2)).exp() } else { 0.0 };
+        let q = camera.image_from_face(&Point3::new(p.x, p.y + up, p.z));
+        [q.x, q.y]
+    };
+    let mut project = Project { name: "Brow raise".to_owned(), ..Project::default() };
+    project.settings.marking_sigma_px = 0.2;
+    for l in face.landmarks() {
+        project.landmarks.insert(l.id.clone(), Mark::new(seen(l.vertex, false)));
+    }
+    for &v in face.region("still") {
+        project.features.insert(v, Feature { first: None, last: Some(Mark::new(seen(v, false))), role: Role::Still });
+    }
+    for &v in face.region("forehead_and_brows") {
+        project.features.insert(v, Feature { first: None, last: Some(Mark::new(seen(v, true))), role: Role::Skin });
+    }
+    let outcome = solve(&project, &face, [1036, 1036], &mut Workspace::default());
+    State { project, outcome, face, view: ForcesView::default(), focus: Focus::default(), commands: Vec::new() }
+}
+
 struct State {
     project: Project,
     face: Arc<FaceModel>,
@@ -240,7 +268,7 @@ fn picture(name: &str, theme: egui::Theme, state: State) {
         return;
     }
     let mut harness = Harness::builder()
-        .with_size([1280.0, 760.0])
+        .with_size(if scale > 1.0 { [1280.0, 760.0] } else { [1000.0, 640.0] })
         .with_theme(theme)
         .with_pixels_per_point(scale)
         .with_context_setup(theme::install)
@@ -310,6 +338,54 @@ fn picture_from_the_side_with_shells() {
         s.view.look(StandardView::Below);
     };
     picture("below_light", egui::Theme::Light, with(side));
+}
+
+#[test]
+fn the_outcome_of_the_chain_is_shown_whole() {
+    let state = from_the_chain();
+    let measured = state.outcome.states.iter().filter(|s| **s == VertexState::Measured).count();
+    assert!(measured >= 40, "a brow raise has at least 40 marks on the forehead: {measured}");
+    assert!(state.outcome.field.peak(&state.outcome.states).is_some());
+    let unit = state.outcome.unit();
+    assert_eq!(unit, "relative", "no scale was set");
+    let mut harness = harness(state, [1280.0, 760.0]);
+    harness.run();
+    assert!(harness.query_all_by_label_contains(", measured").count() >= 40);
+    assert!(
+        harness
+            .query_by_label_contains("Sum of internal forces")
+            .unwrap()
+            .accesskit_node()
+            .value()
+            .is_none_or(|t| t.contains("holds"))
+    );
+    assert!(
+        harness.query_all_by_label_contains("relative, measured").count() >= 40,
+        "the unit stands with every force"
+    );
+}
+
+/// The chain's numbers change with its settings, so this picture is only for looking at.
+#[test]
+fn picture_of_the_chain() {
+    if std::env::var_os(PICTURES_TO).is_some() {
+        picture("chain_light", egui::Theme::Light, from_the_chain());
+        let front = |mut s: State| {
+            s.view.look(StandardView::Front);
+            s.view.options.relief = Relief::Face;
+            s.view.options.fit_known = false;
+            s
+        };
+        picture("chain_face", egui::Theme::Light, front(from_the_chain()));
+        let turned = |mut s: State| {
+            s.view.options.relief = Relief::Face;
+            s.view.options.quantity = Quantity::Displacement;
+            s.view.options.fit_known = false;
+            s.view.orbit = OrbitView { azimuth: -0.5, elevation: 1.1, target: None, points_per_mm: None };
+            s
+        };
+        picture("chain_turned", egui::Theme::Dark, turned(from_the_chain()));
+    }
 }
 
 /// Not a test of right and wrong: prints how long a frame takes at growing sizes. `cargo test --test forces_panel -- --ignored --nocapture`
@@ -382,6 +458,43 @@ fn the_name_of_a_vertex_carries_force_error_unit_and_state() {
     assert_eq!(vertex_name(state.scene(), &state.layer(), v), format!("vertex {v}, 0.140 ± 0.020 relative, measured"));
     state.outcome.states[v] = VertexState::Unmeasured;
     assert_eq!(vertex_name(state.scene(), &state.layer(), v), format!("vertex {v}, unmeasured"));
+}
+
+#[test]
+fn the_peak_is_sought_away_from_the_border_and_the_border_is_named_beside_it() {
+    let mut state = State::new(25, 33);
+    let inner = state.peak();
+    let border = state.outcome.border.iter().position(|b| *b).unwrap();
+    state.outcome.field.force[border] = Vector3::new(0.0, 5.0, 0.0);
+    assert_eq!(state.peak(), border, "the largest force of all");
+    assert_eq!(quantity::peak(&state.outcome).unwrap().0, inner);
+    let range = range::range_of(RangeMode::Auto, &state.layer(), &|_| true);
+    assert!((range.high - 0.4).abs() < 1e-9, "the border's 5 N do not set the range");
+    let mut harness = harness(state, [1280.0, 760.0]);
+    harness.run();
+    assert!(harness.query_by_label_contains(&format!("vertex {inner} at x")).is_some());
+    harness.get_by_label_contains(&format!("on the border, vertex {border}")).click();
+    harness.run();
+    assert_eq!(harness.state().focus.selected, Some(PointId::FeatureLast(border as u32)));
+}
+
+#[test]
+fn a_signed_component_has_the_sign_of_the_pull() {
+    let mut state = State::new(25, 33);
+    let v = state.peak();
+    state.view.options.quantity = Quantity::Along;
+    let up = state.layer().values[v].unwrap();
+    assert!((up - state.outcome.field.force[v].y).abs() < 1e-12, "upwards is +y");
+    state.outcome.field.force[v] = -state.outcome.field.force[v];
+    assert!((state.layer().values[v].unwrap() + up).abs() < 1e-12);
+    // Along a fibre: a force of 2 N from the insertion to the attachment is +2 N.
+    state.view.options.direction = Direction::Fibre;
+    state.view.options.muscle = Some(0);
+    let muscle = &state.face.muscles()[0];
+    let first = &state.outcome.first;
+    let pull = (first[muscle.attachment as usize] - first[muscle.insertion as usize]).normalize() * 2.0;
+    state.outcome.field.force[v] = pull;
+    assert!((state.layer().values[v].unwrap() - 2.0).abs() < 1e-12);
 }
 
 #[test]

@@ -113,8 +113,10 @@ fn corner_values(t: [usize; 3], of: impl Fn(usize) -> Option<f64>) -> Option<[f6
 mod tests {
     use super::*;
 
+    type Reading = Option<(f64, Option<f64>)>;
+
     /// A 5 × 5 grid, 10 mm apart, whose value is 3 + 0.2 x − 0.1 y: linear, so the cut is exact.
-    fn grid() -> (Mesh, impl Fn(usize) -> Option<(f64, Option<f64>)>) {
+    fn grid() -> (Mesh, impl Fn(usize) -> Reading) {
         let p: Vec<_> =
             (0..25_u8).map(|k| Point3::new(f64::from(k % 5) * 10.0, f64::from(k / 5) * 10.0, 7.0)).collect();
         let values: Vec<f64> = p.iter().map(|p| 3.0 + 0.2 * p.x - 0.1 * p.y).collect();

@@ -16,6 +16,7 @@ pub enum RangeMode {
 
 impl RangeMode {
     /// The mode for what must not depend on the view: heights, and charts beside the map.
+    #[must_use]
     pub fn without_view(self) -> Self {
         if self == Self::InView { Self::Auto } else { self }
     }

@@ -125,7 +125,7 @@ pub fn show(
     egui::Panel::right("forces side").default_size(282.0).min_size(240.0).show(ui, |ui| {
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             card::show(ui, scene, &layer, focus.hovered().map(|v| v as usize).or(selected));
-            summary::show(ui, scene, &layer, focus, commands);
+            summary::show(ui, scene, focus, commands);
         });
     });
     egui::Panel::bottom("forces charts").resizable(true).default_size(216.0).min_size(120.0).show(ui, |ui| match view

@@ -4,16 +4,16 @@ use egui::Ui;
 
 use super::select;
 use crate::displacement::VertexState;
-use crate::gui::height_map::Layer;
 use crate::gui::height_map::options::{significant, with_error};
-use crate::gui::height_map::quantity::{muscle_at, muscle_name};
+use crate::gui::height_map::quantity::{self, muscle_at, muscle_name};
 use crate::gui::{Command, Focus, Scene};
 
 /// Shows the lines.
-pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, _layer: &Layer, focus: &mut Focus, commands: &mut Vec<Command>) {
+pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, focus: &mut Focus, commands: &mut Vec<Command>) {
     let outcome = scene.outcome;
     let unit = outcome.unit();
-    let peak = outcome.field.peak(&outcome.states);
+    let peak = quantity::peak(outcome);
+    let of_all = outcome.field.peak(&outcome.states);
     ui.strong("Peak force");
     match peak {
         Some((v, force)) => {
@@ -31,8 +31,16 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, _layer: &Layer, focus: &mut Fo
             if let Some(m) = muscle_at(outcome, scene.face, v) {
                 ui.weak(format!("in {}", muscle_name(&scene.face.muscles()[m])));
             }
-            if outcome.border.get(v).copied().unwrap_or(false) {
-                ui.weak("on the border: it carries the reaction of unmeasured skin");
+            if let Some((border, force)) = of_all.filter(|all| all.0 != v) {
+                let words = format!("{} {unit} on the border, vertex {border}", significant(force, 3));
+                let hint = "Larger, but it carries the reaction of skin that nobody measured. Click to select it.";
+                let link = ui.link(words).on_hover_text(hint);
+                if link.hovered() {
+                    focus.hover(border as u32);
+                }
+                if link.clicked() {
+                    select(commands, border);
+                }
             }
         }
         None => _ = ui.weak("none: no vertex is measured"),
@@ -57,7 +65,7 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, _layer: &Layer, focus: &mut Fo
 
     ui.strong("Self-check");
     let sum = outcome.field.internal_sum.norm();
-    let largest = peak.map_or(0.0, |(_, f)| f);
+    let largest = of_all.map_or(0.0, |(_, f)| f);
     // Rounding adds up over the springs; a thousandth of a millionth of the largest force is far above it.
     let holds = sum <= 1e-9 * largest.max(f64::MIN_POSITIVE) || sum == 0.0;
     let verdict = if holds { "holds" } else { "is broken" };
