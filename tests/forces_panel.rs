@@ -600,6 +600,20 @@ fn a_locked_range_stays_when_the_field_grows_tenfold_and_clipping_is_told() {
 }
 
 #[test]
+fn another_quantity_gets_its_own_range() {
+    let mut harness = harness(State::new(25, 33), [1280.0, 760.0]);
+    harness.run();
+    harness.state_mut().view.toggle_lock();
+    assert!(harness.state().view.range_is_locked());
+    harness.get_by_label("Quantity").click();
+    harness.run();
+    harness.get_by_label("Displacement").click();
+    harness.run();
+    assert_eq!(harness.state().view.options.quantity, Quantity::Displacement);
+    assert!(!harness.state().view.range_is_locked(), "0.4 N are no range for millimetres");
+}
+
+#[test]
 fn the_exaggeration_can_be_fixed_and_follows_the_range_again() {
     let mut harness = harness(State::new(25, 33), [1280.0, 760.0]);
     harness.run();

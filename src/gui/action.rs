@@ -4,6 +4,8 @@
 
 use egui::{Key, Modifiers};
 
+use super::orbit_view::StandardView;
+
 /// Something a person can tell the program to do, without further data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Action {
@@ -61,6 +63,10 @@ pub enum Action {
     ResetAdjustment,
     /// Hide and show the table of points.
     ShowTable,
+    /// Look at the height map from a standard direction.
+    Look(StandardView),
+    /// Keep the colour range of the height map, or let it follow the data again.
+    LockRange,
     /// Dark colours.
     Dark,
     /// Light colours.
@@ -356,6 +362,41 @@ pub const TABLE: &[Spec] = &[
         "Put brightness and contrast of both panes back.",
     ),
     group(row(A::ShowTable, M::View, "Table of points", &[plain(Key::P)], "Hide or show the table under the frames.")),
+    group(row(
+        A::Look(StandardView::Front),
+        M::View,
+        "Forces from the front",
+        &[plain(Key::Num1)],
+        "Look at the height map as the camera sees the face.",
+    )),
+    row(
+        A::Look(StandardView::Oblique),
+        M::View,
+        "Forces obliquely",
+        &[plain(Key::Num2)],
+        "Look at the height map from above the chin, a little to one side.",
+    ),
+    row(
+        A::Look(StandardView::Side),
+        M::View,
+        "Forces from the side",
+        &[plain(Key::Num3)],
+        "Look at the height map from the person's left: y against height.",
+    ),
+    row(
+        A::Look(StandardView::Below),
+        M::View,
+        "Forces from below",
+        &[plain(Key::Num4)],
+        "Look at the height map from below the chin, as an axial scan: x against height.",
+    ),
+    row(
+        A::LockRange,
+        M::View,
+        "Lock the colour range",
+        &[shift(Key::L)],
+        "Keep the colour range of the height map when the data change, or let it follow them again.",
+    ),
     group(row(A::Dark, M::View, "Dark colours", &[], "Dark colours.")),
     row(A::Light, M::View, "Light colours", &[], "Light colours."),
     row(A::ToolSelect, M::Point, "Select and drag", &[plain(Key::S)], "Clicks select, drags move."),

@@ -35,6 +35,7 @@ struct Switches {
     clahe: bool,
     table: bool,
     history: bool,
+    range_locked: bool,
 }
 
 impl ActionState {
@@ -73,6 +74,7 @@ impl ActionState {
                 clahe: f.panes[f.active as usize].adjustment.clahe.is_some(),
                 table: f.table_shown,
                 history: f.side == panels::frames::SideTab::History,
+                range_locked: view.forces.range_is_locked(),
             },
         }
     }
@@ -113,6 +115,7 @@ impl ActionState {
             Action::Clahe => s.clahe,
             Action::ShowTable => s.table,
             Action::ShowHistory => s.history,
+            Action::LockRange => s.range_locked,
             Action::Dark => self.dark,
             Action::Light => !self.dark,
             Action::Lock => self.mark == Some(MarkState::Locked),

@@ -20,7 +20,7 @@ pub struct OrbitView {
 }
 
 /// Directions worth a button.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StandardView {
     /// As the camera sees the face; height is told by colour alone.
     Front,

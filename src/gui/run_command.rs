@@ -141,6 +141,11 @@ impl App {
                 }
             }
             Action::ShowTable => frames.table_shown = !frames.table_shown,
+            Action::Look(view) => {
+                self.view.workspace = Workspace::Forces;
+                self.view.forces.look(view);
+            }
+            Action::LockRange => self.view.forces.toggle_lock(),
             Action::Dark => ctx.set_theme(egui::Theme::Dark),
             Action::Light => ctx.set_theme(egui::Theme::Light),
             Action::ToolSelect => frames.tool = Tool::Select,

@@ -177,7 +177,7 @@ fn height_axis(painter: &Painter, projection: &Projection, ground: &Ground, axis
 
 /// Draws the directions of x, y and height into a corner of the canvas.
 pub fn tripod(painter: &Painter, canvas: Rect, projection: &Projection, inks: &Inks) {
-    let origin = pos2(canvas.left() + 40.0, canvas.bottom() - 62.0);
+    let origin = pos2(canvas.left() + 40.0, canvas.bottom() - 66.0);
     let arms = [
         ("x", Vector3::x(), Color32::from_rgb(200, 70, 60)),
         ("y", Vector3::y(), Color32::from_rgb(70, 150, 70)),

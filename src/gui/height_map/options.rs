@@ -164,6 +164,14 @@ impl Default for MapOptions {
 }
 
 impl MapOptions {
+    /// Another quantity is shown: a locked range and a fixed height belonged to the one before, maybe in another unit.
+    pub fn begin_quantity(&mut self) {
+        if matches!(self.range, RangeMode::Locked(_)) {
+            self.range = RangeMode::Auto;
+        }
+        self.exaggeration = Exaggeration::Auto;
+    }
+
     /// The palette of a layer on a range.
     pub fn palette(&self, layer: &Layer, range: ColourRange) -> Palette {
         let map = if layer.signed { ColourMap::CoolWarm } else { self.colours };

@@ -17,7 +17,7 @@ use crate::gui::orbit_view::{OrbitView, Projection};
 use crate::gui::{Command, Focus, Scene};
 
 /// Room round the map for numbers and titles: left, top, right (the colour bar), bottom.
-const MARGINS: [f32; 4] = [58.0, 44.0, 128.0, 54.0];
+const MARGINS: [f32; 4] = [58.0, 72.0, 128.0, 72.0];
 /// The longest arrow, mm.
 const LONGEST_ARROW_MM: f64 = 25.0;
 
@@ -69,13 +69,13 @@ pub(super) fn show(
     };
     steer(ui, &response, &mut view.orbit, &fit);
     let projection = fit(&view.orbit);
-    view.shown = Some(projection);
     let projected = Projected::new(&surface, &projection);
     let pick_at = |at: Pos2| pick(at, mesh, &surface, &projected, &layer.values);
     let pointed = point(ui, &response, &pick_at, focus, commands);
     view.canvas_focused = keep_focus(ui, &response);
 
     let range = range_of(options.range, layer, &|v| canvas.contains(projected.base[v]));
+    view.shown = Some(super::Shown { projection, range });
     let palette = options.palette(layer, range);
     let ticks = nice_ticks(range.low, range.high, 4);
     let painter = ui.painter_at(canvas);

@@ -24,8 +24,8 @@ pub(super) fn captions(painter: &Painter, stage: &Stage<'_>) {
     if let (true, Some(floor)) = (stage.options.noise_floor, noise_floor(layer)) {
         words.push(format!("noise floor {} {} (median ±)", significant(floor, 2), layer.unit));
     }
-    let line = pos2(canvas.left() + 14.0, canvas.bottom() - 12.0);
-    painter.text(line, Align2::LEFT_BOTTOM, words.join("   ·   "), FontId::proportional(12.0), inks.weak_text);
+    let line = canvas.min + vec2(14.0, 32.0);
+    painter.text(line, Align2::LEFT_TOP, words.join("   ·   "), FontId::proportional(12.0), inks.weak_text);
     legend(painter, stage);
 }
 

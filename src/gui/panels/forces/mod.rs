@@ -11,8 +11,8 @@ mod table;
 mod toolbar;
 
 use crate::gui::action::{Action, Direction as Way};
-use crate::gui::height_map::{Layer, MapOptions};
-use crate::gui::orbit_view::{OrbitView, StandardView};
+use crate::gui::height_map::{ColourRange, Layer, MapOptions, RangeMode};
+use crate::gui::orbit_view::{OrbitView, Projection, StandardView};
 use crate::gui::{Command, Focus, Scene};
 use crate::project::PointId;
 
@@ -34,7 +34,14 @@ pub struct ForcesView {
     /// Whether the keys turn the map.
     canvas_focused: bool,
     /// What the last frame showed, for keys that act between frames.
-    shown: Option<crate::gui::orbit_view::Projection>,
+    shown: Option<Shown>,
+}
+
+/// What one frame has shown.
+#[derive(Clone, Copy, Debug)]
+struct Shown {
+    projection: Projection,
+    range: ColourRange,
 }
 
 /// What lies under the map.
@@ -52,7 +59,7 @@ impl ForcesView {
     ///
     /// Arrows turn the map only while the canvas has the keyboard's focus, otherwise they nudge the selected mark, and the map follows.
     pub fn act(&mut self, action: Action) -> bool {
-        let Some(projection) = self.shown else { return false };
+        let Some(Shown { projection, .. }) = self.shown else { return false };
         match action {
             Action::Fit => self.orbit = OrbitView { target: None, points_per_mm: None, ..self.orbit },
             Action::ZoomIn => self.orbit.zoom(&projection, 1.25, projection.centre),
@@ -66,9 +73,25 @@ impl ForcesView {
                 };
                 self.orbit.orbit(&projection, drag);
             }
+            Action::HideMarks => self.options.markers = !self.options.markers,
+            Action::ShowWireframe => self.options.wireframe = !self.options.wireframe,
+            Action::ShowTable => self.tab = if self.tab == Tab::Table { Tab::Profiles } else { Tab::Table },
             _ => return false,
         }
         true
+    }
+
+    /// Whether the colour range stays when the data change.
+    pub fn range_is_locked(&self) -> bool {
+        matches!(self.options.range, RangeMode::Locked(_))
+    }
+
+    /// Keeps the range that is shown, or lets it follow the data again.
+    pub fn toggle_lock(&mut self) {
+        self.options.range = match (self.options.range, self.shown) {
+            (RangeMode::Locked(_), _) | (_, None) => RangeMode::Auto,
+            (_, Some(shown)) => RangeMode::Locked(shown.range),
+        };
     }
 
     /// Shows the map from one of the standard directions, everything in view.

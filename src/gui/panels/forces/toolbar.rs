@@ -25,7 +25,7 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, view: &mut ForcesView, layer: 
             }
         }
         ui.separator();
-        range(ui, &mut view.options, layer);
+        range(ui, view);
         ui.separator();
         exaggeration(ui, &mut view.options, layer);
         ui.separator();
@@ -38,6 +38,7 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, view: &mut ForcesView, layer: 
 }
 
 fn quantity(ui: &mut Ui, scene: Scene<'_>, options: &mut MapOptions) {
+    let before = options.quantity;
     let shown =
         ComboBox::from_id_salt("quantity").width(150.0).selected_text(options.quantity.label()).show_ui(ui, |ui| {
             for quantity in Quantity::ALL {
@@ -46,6 +47,9 @@ fn quantity(ui: &mut Ui, scene: Scene<'_>, options: &mut MapOptions) {
         });
     name(&shown.response, "Quantity", options.quantity.label());
     shown.response.on_hover_text(options.quantity.hint());
+    if options.quantity != before {
+        options.begin_quantity();
+    }
     let muscle = options.muscle.and_then(|m| scene.face.muscles().get(m));
     if options.quantity == Quantity::Along {
         let along = |direction, muscle: Option<&crate::face::Muscle>| match (direction, muscle) {
@@ -77,21 +81,21 @@ fn name(response: &egui::Response, name: &str, value: &str) {
     });
 }
 
-fn range(ui: &mut Ui, options: &mut MapOptions, layer: &Layer) {
-    let now = range_of(options.range, layer, &|_| true);
+fn range(ui: &mut Ui, view: &mut ForcesView) {
+    let locked = view.range_is_locked();
     ui.label("Range");
-    if ui.selectable_label(options.range == RangeMode::Auto, "Auto").on_hover_text("Follows the data").clicked() {
-        options.range = RangeMode::Auto;
+    if ui.selectable_label(view.options.range == RangeMode::Auto, "Auto").on_hover_text("Follows the data").clicked() {
+        view.options.range = RangeMode::Auto;
     }
-    let in_view = options.range == RangeMode::InView;
+    let in_view = view.options.range == RangeMode::InView;
     if ui.selectable_label(in_view, "This view").on_hover_text("Follows the vertices inside the canvas").clicked() {
-        options.range = RangeMode::InView;
+        view.options.range = RangeMode::InView;
     }
-    let locked = matches!(options.range, RangeMode::Locked(_));
     let hint = "Keeps these ends when the data change, so that two results can be compared";
     if ui.selectable_label(locked, "Locked").on_hover_text(hint).clicked() {
-        options.range = if locked { RangeMode::Auto } else { RangeMode::Locked(now) };
+        view.toggle_lock();
     }
+    let options = &mut view.options;
     if let RangeMode::Locked(range) = options.range {
         let speed = (range.high - range.low) * 0.005;
         let (mut low, mut high) = (range.low, range.high);
