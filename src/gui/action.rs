@@ -217,6 +217,8 @@ impl Chord {
             Key::Comma => ",",
             Key::Plus => "+",
             Key::Minus => "-",
+            Key::Equals => "=",
+            Key::Questionmark => "?",
             key => key.name(),
         }
     }

@@ -57,7 +57,7 @@ impl ActionState {
             frames: scene.project.frames.first.is_some() || scene.project.frames.last.is_some(),
             last_marks: scene.project.features.values().any(|f| f.last.is_some()),
             dark,
-            predicted: known.is_some_and(|(look, _)| !look.is_mark()),
+            predicted: known.is_some_and(|(look, _)| look == points::Look::Predicted),
             selected,
             mark,
             role,

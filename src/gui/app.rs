@@ -162,7 +162,7 @@ impl App {
             let possible = pressed.into_iter().filter(|a| state.can(*a));
             // Keys that speak to a widget with the keyboard focus are left to it.
             let in_frames = self.view.workspace == Workspace::Frames;
-            let widget = in_frames && ctx.memory(|m| m.focused()).is_some() && !self.canvas_has_focus(ctx);
+            let widget = in_frames && ctx.memory(egui::Memory::focused).is_some() && !self.canvas_has_focus(ctx);
             self.commands.extend(possible.filter(|a| !(widget && speaks_to_widgets(*a))).map(Command::Do));
         }
         let (dropped, at) = ctx.input(|i| {
@@ -236,7 +236,7 @@ impl App {
     }
 
     fn canvas_has_focus(&self, ctx: &egui::Context) -> bool {
-        ctx.memory(|m| m.focused()).is_some_and(|id| self.view.frames.canvases.contains(&id))
+        ctx.memory(egui::Memory::focused).is_some_and(|id| self.view.frames.canvases.contains(&id))
     }
 
     /// "brow raise •": the name of the project, and whether something is unsaved.

@@ -22,6 +22,9 @@ pub use app::App;
 pub use command::Command;
 pub use view_state::{Focus, ViewState, Workspace};
 
+use std::path::PathBuf;
+use std::sync::Arc;
+
 use crate::face::FaceModel;
 use crate::pipeline::Outcome;
 use crate::project::Project;
@@ -45,11 +48,11 @@ pub enum WindowError {
     NoWindow(String),
 }
 
-/// Opens the window and returns when it is closed.
+/// Opens the window on a project and returns when it is closed. Unsaved work is kept safe meanwhile.
 ///
 /// # Errors
 /// When there is no display, or no way to draw on it.
-pub fn run(app: App) -> Result<(), WindowError> {
+pub fn run(project: Project, path: Option<PathBuf>, face: Arc<FaceModel>) -> Result<(), WindowError> {
     let viewport = egui::ViewportBuilder::default()
         .with_title("Frontalis")
         .with_app_id("frontalis")
@@ -57,9 +60,11 @@ pub fn run(app: App) -> Result<(), WindowError> {
         .with_min_inner_size([900.0, 600.0])
         .with_drag_and_drop(true);
     let options = eframe::NativeOptions { viewport, ..eframe::NativeOptions::default() };
-    let create = move |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, Box<dyn std::error::Error + Send + Sync>> {
+    let create = move |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, BoxedError> {
         theme::install(&cc.egui_ctx);
-        Ok(Box::new(app))
+        Ok(Box::new(App::new(project, path, face, Box::<dialogs::NativeDialogs>::default()).with_autosave()))
     };
     eframe::run_native("Frontalis", options, Box::new(create)).map_err(|e| WindowError::NoWindow(e.to_string()))
 }
+
+type BoxedError = Box<dyn std::error::Error + Send + Sync>;

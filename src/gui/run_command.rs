@@ -154,8 +154,8 @@ impl App {
             Action::Keys => self.view.modal = Some(Modal::Keys),
             Action::About => self.view.modal = Some(Modal::About),
             Action::ClearLast => self.edit(&Edit::ClearLast, ctx),
-            Action::Next => self.step_point(1),
-            Action::Previous => self.step_point(-1),
+            Action::Next => self.step_point(true),
+            Action::Previous => self.step_point(false),
             Action::Accept => self.accept(ctx),
             Action::ClearMark => self.on_selected(ctx, |id, _| Edit::Clear(id)),
             Action::Lock => self.toggle_state(MarkState::Locked, ctx),
@@ -208,7 +208,7 @@ impl App {
     }
 
     /// Goes to the next point, or the one before, in the list that the selected one belongs to.
-    fn step_point(&mut self, by: isize) {
+    fn step_point(&mut self, forward: bool) {
         let scene = self.scene();
         let landmarks: Vec<PointId> = scene.face.landmarks().iter().map(|l| PointId::Landmark(l.id.clone())).collect();
         let chosen = points::chosen_vertices(scene, &self.view.frames.regions);
@@ -220,13 +220,14 @@ impl App {
             _ => landmarks,
         };
         let at = self.view.focus.selected.as_ref().and_then(|id| list.iter().position(|p| p == id));
-        let count = list.len() as isize;
-        let next = match at {
-            Some(i) => (i as isize + by).rem_euclid(count.max(1)),
-            None if by > 0 => 0,
-            None => count - 1,
+        let count = list.len().max(1);
+        let next = match (at, forward) {
+            (Some(i), true) => (i + 1) % count,
+            (Some(i), false) => (i + count - 1) % count,
+            (None, true) => 0,
+            (None, false) => count - 1,
         };
-        if let Some(id) = list.into_iter().nth(next.max(0) as usize) {
+        if let Some(id) = list.into_iter().nth(next) {
             self.jump_to(id);
         }
     }
@@ -236,7 +237,7 @@ impl App {
         let scene = self.scene();
         let Some(id) = self.view.focus.selected.clone() else { return };
         let Some((look, at)) = points::of(scene, &id) else { return };
-        if look.is_mark() {
+        if look != points::Look::Predicted {
             return;
         }
         let still = match &id {
@@ -252,7 +253,7 @@ impl App {
         }
         self.edit(&Edit::Put(id, at), ctx);
         self.document.history.commit_gesture();
-        self.step_point(1);
+        self.step_point(true);
     }
 
     fn on_selected(&mut self, ctx: &egui::Context, make: impl FnOnce(PointId, Option<MarkState>) -> Edit) {

@@ -33,7 +33,7 @@ struct Tile {
     to: [u32; 2],
     texture_from: [u32; 2],
     texture_to: [u32; 2],
-    texture: Option<TextureHandle>,
+    handle: Option<TextureHandle>,
 }
 
 impl Tiles {
@@ -62,9 +62,9 @@ impl Tiles {
         let Some((pixels, next)) = self.pending.take() else { return false };
         let Some(tile) = self.tiles.get_mut(next) else { return false };
         let part = part(&pixels, tile.texture_from, tile.texture_to);
-        match &mut tile.texture {
+        match &mut tile.handle {
             Some(texture) => texture.set(part, OPTIONS),
-            None => tile.texture = Some(ctx.load_texture(format!("{} {next}", self.name), part, OPTIONS)),
+            None => tile.handle = Some(ctx.load_texture(format!("{} {next}", self.name), part, OPTIONS)),
         }
         if next + 1 < self.tiles.len() {
             self.pending = Some((pixels, next + 1));
@@ -75,7 +75,7 @@ impl Tiles {
     /// Draws the picture with `ui_from_image` giving the place of a pixel on the screen.
     pub fn paint(&self, painter: &egui::Painter, ui_from_image: impl Fn([f64; 2]) -> Pos2) {
         for tile in &self.tiles {
-            let Some(texture) = &tile.texture else { continue };
+            let Some(texture) = &tile.handle else { continue };
             let corner = |p: [u32; 2]| ui_from_image([f64::from(p[0]), f64::from(p[1])]);
             let rect = Rect::from_min_max(corner(tile.from), corner(tile.to));
             if !painter.clip_rect().intersects(rect) {
@@ -105,7 +105,7 @@ fn cut(size: [u32; 2]) -> Vec<Tile> {
                 to,
                 texture_from: [x.saturating_sub(1), y.saturating_sub(1)],
                 texture_to: [(to[0] + 1).min(size[0]), (to[1] + 1).min(size[1])],
-                texture: None,
+                handle: None,
             });
         }
     }

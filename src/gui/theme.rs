@@ -145,3 +145,8 @@ fn style(theme: Theme) -> Style {
     style.interaction.tooltip_delay = 0.4;
     style
 }
+
+/// The frame of a dialog inside the window.
+pub fn dialog_frame(style: &Style) -> egui::Frame {
+    egui::Frame::popup(style).inner_margin(Margin::same(16)).corner_radius(CornerRadius::same(10))
+}

@@ -1,6 +1,7 @@
 //! The window, used as a person uses it: found by the names that a screen reader reads, clicked, dragged, typed into,
 //! and looked at.
 #![cfg(feature = "gui")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod files;
 mod marking;

@@ -13,8 +13,8 @@ use crate::gui::{Command, theme};
 /// Shows the open dialog; false when it is to be closed.
 pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>) -> bool {
     let mut close = false;
-    let shown = egui::Modal::new(Id::unique("modal")).show(ctx, |ui| {
-        ui.set_width(if matches!(modal, Modal::Keys) { 640.0 } else { 440.0 });
+    let shown = egui::Modal::new(Id::unique("modal")).frame(theme::dialog_frame(&ctx.global_style())).show(ctx, |ui| {
+        ui.set_width(if matches!(modal, Modal::Keys) { 700.0 } else { 440.0 });
         ui.label(RichText::new(title(modal)).heading().strong());
         ui.add_space(6.0);
         close = match modal {
@@ -112,12 +112,14 @@ fn keys(ui: &mut egui::Ui) -> bool {
     egui::ScrollArea::vertical().max_height(ui.ctx().content_rect().height() - 180.0).show(ui, |ui| {
         ui.columns(2, |columns| {
             let line = |ui: &mut egui::Ui, key: &str, what: &str| {
+                ui.spacing_mut().item_spacing.y = 1.0;
+                ui.spacing_mut().interact_size.y = 16.0;
                 ui.horizontal(|ui| {
                     ui.allocate_ui_with_layout(
-                        egui::vec2(112.0, 18.0),
+                        egui::vec2(150.0, 16.0),
                         egui::Layout::left_to_right(egui::Align::Center),
                         |ui| {
-                            ui.set_min_width(112.0);
+                            ui.set_min_width(150.0);
                             ui.label(RichText::new(key).monospace().size(11.0));
                         },
                     );

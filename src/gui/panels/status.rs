@@ -14,16 +14,13 @@ use crate::project::Which;
 pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut ViewState, jobs: &Jobs, commands: &mut Vec<Command>) {
     let p = theme::palette(ui.visuals());
     ui.horizontal_centered(|ui| {
-        match &view.notice {
-            Some(n) => {
-                let colour = if n.kind == NoticeKind::Refused { p.warn } else { p.good };
-                ui.colored_label(colour, &n.text);
-            }
-            None => {
-                let marked = scene.project.measured_count();
-                let (placed, of) = (scene.project.landmarks.len(), scene.face.landmarks().len());
-                ui.label(RichText::new(format!("{placed} of {of} landmarks, {marked} points marked")).weak());
-            }
+        if let Some(n) = &view.notice {
+            let colour = if n.kind == NoticeKind::Refused { p.warn } else { p.good };
+            ui.colored_label(colour, &n.text);
+        } else {
+            let marked = scene.project.measured_count();
+            let (placed, of) = (scene.project.landmarks.len(), scene.face.landmarks().len());
+            ui.label(RichText::new(format!("{placed} of {of} landmarks, {marked} points marked")).weak());
         }
         for job in jobs.running() {
             ui.separator();

@@ -75,7 +75,7 @@ pub fn handle(
         commands.push(Command::Select(Some(point.id.clone())));
     }
     if view.drag.as_ref().is_some_and(|d| d.which == pane.which) {
-        follow(down, pointer, shift, escape, pane, chosen, view, commands);
+        follow(Hand { down, pointer, shift, escape }, pane, chosen, view, commands);
     }
 }
 
@@ -128,11 +128,17 @@ impl Drag {
     }
 }
 
-fn follow(
+/// What the hand does in this frame.
+#[derive(Clone, Copy)]
+struct Hand {
     down: bool,
     pointer: Option<Pos2>,
     shift: bool,
     escape: bool,
+}
+
+fn follow(
+    Hand { down, pointer, shift, escape }: Hand,
     pane: &Pane<'_>,
     chosen: &[u32],
     view: &mut FramesView,

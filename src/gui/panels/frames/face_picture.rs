@@ -6,6 +6,7 @@ use crate::face::mesh::doubled_area_vector;
 use crate::gui::theme::{self, on_picture};
 use crate::gui::{Focus, Scene};
 
+#[expect(clippy::too_many_arguments, reason = "what the picture shows, one by one")]
 /// Shows the face from the front. `current` is the vertex to find; it pulses while a tool waits for it.
 pub fn show(
     ui: &mut egui::Ui,

@@ -6,8 +6,13 @@ use egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, Vec2};
 use super::points::{Kind, Look};
 use crate::gui::theme::on_picture;
 
-/// Half the size of a mark, ui points.
-const RADIUS: f32 = 5.0;
+/// Half the size of a mark where there is room, and where points stand close, ui points.
+const RADIUS: (f32, f32) = (5.0, 2.4);
+
+/// Half the size of a mark when the vertices of the face lie so far apart on the screen.
+pub fn radius(spacing: f32) -> f32 {
+    (spacing * 0.3).clamp(RADIUS.1, RADIUS.0)
+}
 
 /// Colour of a kind of point.
 pub fn colour(kind: Kind) -> Color32 {
@@ -19,20 +24,33 @@ pub fn colour(kind: Kind) -> Color32 {
     }
 }
 
+/// How a point is lit up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lit {
+    /// Not at all.
+    No,
+    /// It, or its vertex in another panel, is under the pointer.
+    Hovered,
+    /// It is selected.
+    Selected,
+}
+
 /// Draws a point: circle = marked, diamond = uncertain, crossed circle = occluded, square = locked, dashed circle =
 /// predicted, small plus = unset. The middle stays free, so that the skin under it can be seen.
-pub fn paint(painter: &Painter, at: Pos2, look: Look, kind: Kind, selected: bool, hovered: bool) {
+pub fn paint(painter: &Painter, at: Pos2, radius: f32, look: Look, kind: Kind, lit: Lit) {
     let colour = colour(kind);
-    let radius = if selected { RADIUS + 1.5 } else { RADIUS };
+    let (selected, hovered) = (lit == Lit::Selected, lit == Lit::Hovered);
+    let radius = if selected { RADIUS.0 + 1.5 } else { radius };
     if selected || hovered {
         let strong = if selected { 2.0 } else { 1.5 };
         painter.circle_stroke(at, radius + 4.5, Stroke::new(strong + 1.5, on_picture::HALO));
         painter.circle_stroke(at, radius + 4.5, Stroke::new(strong, on_picture::SELECTED));
     }
-    for (stroke, filled) in [(Stroke::new(4.0, on_picture::HALO), false), (Stroke::new(1.8, colour), true)] {
+    let width = (radius * 0.36).clamp(1.1, 1.8);
+    for (stroke, filled) in [(Stroke::new(width + 1.6, on_picture::HALO), false), (Stroke::new(width, colour), true)] {
         outline(painter, at, radius, look, stroke);
         if filled && look.is_mark() && look != Look::Occluded {
-            painter.circle_filled(at, 1.3, colour);
+            painter.circle_filled(at, (radius * 0.26).max(0.9), colour);
         }
     }
 }
@@ -79,7 +97,7 @@ fn dashed_circle(painter: &Painter, at: Pos2, r: f32, stroke: Stroke) {
 /// A name beside a point, readable on any picture.
 pub fn name(painter: &Painter, at: Pos2, text: &str) {
     let font = egui::FontId::proportional(11.0);
-    let place = at + Vec2::new(RADIUS + 5.0, -2.0);
+    let place = at + Vec2::new(RADIUS.0 + 6.0, -2.0);
     let galley = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE);
     let rect = egui::Align2::LEFT_CENTER.anchor_size(place, galley.size());
     painter.rect_filled(rect.expand2(Vec2::new(3.0, 0.0)), 3.0, on_picture::HALO);
@@ -94,7 +112,7 @@ pub fn legend_ui(ui: &mut egui::Ui) {
             let dark = ui.visuals().dark_mode;
             let behind = if dark { Color32::from_gray(70) } else { Color32::from_gray(120) };
             ui.painter().rect_filled(rect, 4.0, behind);
-            paint(ui.painter(), rect.center(), look, kind, false, false);
+            paint(ui.painter(), rect.center(), RADIUS.0, look, kind, Lit::No);
             ui.label(word);
         });
     };

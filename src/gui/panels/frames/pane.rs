@@ -185,6 +185,7 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
     if pane.which == Which::First {
         paint_scale(painter, pane, view);
     }
+    let radius = marks::radius(spacing(pane));
     let mut selected = None;
     for point in &pane.points {
         let at = t.ui_from_image(point.at);
@@ -196,7 +197,8 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
         if is_selected {
             selected = Some(point);
         } else {
-            marks::paint(painter, at, point.look, point.kind, false, same_vertex);
+            let lit = if same_vertex { marks::Lit::Hovered } else { marks::Lit::No };
+            marks::paint(painter, at, radius, point.look, point.kind, lit);
         }
         if view.show_names && !is_selected {
             marks::name(painter, at, &point.label);
@@ -204,7 +206,7 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
     }
     if let Some(point) = selected {
         let at = t.ui_from_image(point.at);
-        marks::paint(painter, at, point.look, point.kind, true, false);
+        marks::paint(painter, at, radius, point.look, point.kind, marks::Lit::Selected);
         marks::name(painter, at, &point.label);
     }
     let lit = focus.hovered().filter(|v| !pane.points.iter().any(|p| p.vertex == *v));
@@ -213,6 +215,12 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
         painter.circle_stroke(t.ui_from_image(p), 5.0, Stroke::new(3.0, on_picture::HALO));
         painter.circle_stroke(t.ui_from_image(p), 5.0, Stroke::new(1.5, on_picture::SELECTED));
     }
+}
+
+/// How far neighbouring vertices lie apart on the screen, ui points.
+fn spacing(pane: &Pane<'_>) -> f32 {
+    let px = pane.scene.outcome.camera.px_per_mm * pane.scene.face.mesh().mean_edge_length();
+    (px * pane.transform.zoom) as f32
 }
 
 /// The two points of the scale, with a line between them.

@@ -135,6 +135,8 @@ pub fn in_frame(scene: Scene<'_>, which: Which, chosen: &[u32], unmarked_landmar
     let project = scene.project;
     let mut points = Vec::with_capacity(chosen.len() + 32);
     let mut taken = BTreeSet::new();
+    // While landmarks are placed, and before they say where the face is, places of other points only confuse.
+    let predicts = !unmarked_landmarks && project.landmarks.len() >= LANDMARKS_TO_PREDICT;
     if which == Which::First {
         for l in scene.face.landmarks() {
             let mark = project.landmarks.get(&l.id);
@@ -146,7 +148,7 @@ pub fn in_frame(scene: Scene<'_>, which: Which, chosen: &[u32], unmarked_landmar
                 id: PointId::Landmark(l.id.clone()),
                 vertex: l.vertex,
                 at: mark.map_or_else(|| predicted(scene, which, l.vertex), |m| m.at_px),
-                look: mark.map_or_else(|| landmark_without_mark(scene), |m| Look::of(m.state)),
+                look: mark.map_or_else(|| without_mark(scene), |m| Look::of(m.state)),
                 kind: Kind::Landmark,
                 label: l.id.clone(),
             });
@@ -155,14 +157,14 @@ pub fn in_frame(scene: Scene<'_>, which: Which, chosen: &[u32], unmarked_landmar
     for &v in chosen {
         let feature = project.features.get(&v);
         let mark = feature.and_then(|f| if which == Which::First { f.first } else { f.last });
-        if mark.is_none() && taken.contains(&v) {
+        if mark.is_none() && (taken.contains(&v) || !predicts) {
             continue;
         }
         points.push(ShownPoint {
             id: if which == Which::First { PointId::FeatureFirst(v) } else { PointId::FeatureLast(v) },
             vertex: v,
             at: mark.map_or_else(|| predicted(scene, which, v), |m| m.at_px),
-            look: mark.map_or(Look::Predicted, |m| Look::of(m.state)),
+            look: mark.map_or_else(|| without_mark(scene), |m| Look::of(m.state)),
             kind: kind_of(scene, v),
             label: v.to_string(),
         });
@@ -180,7 +182,7 @@ pub fn predicted(scene: Scene<'_>, which: Which, vertex: u32) -> [f64; 2] {
 /// Fewer placed landmarks than this fix neither place nor size of the face, so there is nothing to predict from.
 pub const LANDMARKS_TO_PREDICT: usize = 3;
 
-fn landmark_without_mark(scene: Scene<'_>) -> Look {
+fn without_mark(scene: Scene<'_>) -> Look {
     if scene.project.landmarks.len() >= LANDMARKS_TO_PREDICT { Look::Predicted } else { Look::Unset }
 }
 
@@ -191,7 +193,7 @@ pub fn of(scene: Scene<'_>, id: &PointId) -> Option<(Look, [f64; 2])> {
         return Some((Look::of(m.state), m.at_px));
     }
     let (which, vertex) = place(scene, id)?;
-    let look = if matches!(id, PointId::Landmark(_)) { landmark_without_mark(scene) } else { Look::Predicted };
+    let look = without_mark(scene);
     let at = predicted(scene, which, vertex);
     at.iter().all(|c| c.is_finite()).then_some((look, at))
 }

@@ -37,18 +37,18 @@ struct Row {
     numbers: [Option<f64>; 8],
 }
 
-/// Titles, widths (ui points; the first takes what is left) and decimals of the columns.
+/// Titles, widths (shares of what the first column leaves) and decimals of the columns.
 const COLUMNS: [(&str, f32, usize); 10] = [
     ("Point", 0.0, 0),
-    ("State", 76.0, 0),
-    ("First x px", 74.0, 1),
-    ("First y px", 74.0, 1),
-    ("Last x px", 74.0, 1),
-    ("Last y px", 74.0, 1),
-    ("Residual px", 82.0, 2),
-    ("Moved mm", 74.0, 2),
-    ("Force", 84.0, 4),
-    ("± error", 74.0, 4),
+    ("State", 1.1, 0),
+    ("First x px", 1.0, 1),
+    ("First y px", 1.0, 1),
+    ("Last x px", 1.0, 1),
+    ("Last y px", 1.0, 1),
+    ("Residual px", 1.1, 2),
+    ("Moved mm", 1.0, 2),
+    ("Force", 1.15, 4),
+    ("±", 1.0, 4),
 ];
 
 /// Height of a row, ui points.
@@ -76,40 +76,46 @@ pub fn show(
         ] {
             ui.selectable_value(&mut view.list, list, title);
         }
-        ui.label(RichText::new(format!("{counts} points")).weak());
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            ui.label(RichText::new("Predicted places are never data.").small().weak());
-        });
+        ui.label(RichText::new(format!("{counts} points")).weak()).on_hover_text("Predicted places are never data.");
     });
-    let lefts = columns(ui.available_width() - 10.0);
-    header(ui, scene, view, &lefts);
+    let cells = columns(ui.available_width() - 10.0);
+    header(ui, scene, view, &cells);
     ui.spacing_mut().item_spacing.y = 0.0;
     egui::ScrollArea::vertical().auto_shrink(false).show_rows(ui, ROW, rows.len(), |ui, shown| {
         for row in rows.get(shown).unwrap_or_default() {
-            show_row(ui, row, &lefts, focus, commands);
+            show_row(ui, row, &cells, focus, commands);
         }
     });
 }
 
-/// Left edges of the columns, and the right edge of the last.
-fn columns(width: f32) -> Vec<f32> {
-    let fixed: f32 = COLUMNS.iter().map(|c| c.1).sum();
-    let mut at = (width - fixed).max(110.0);
-    let mut lefts = vec![0.0];
-    for (_, w, _) in &COLUMNS[1..] {
-        lefts.push(at);
-        at += w;
+/// The columns that there is room for, each with its left and right edge: positions go first, for the panes show them.
+fn columns(width: f32) -> Vec<(usize, f32, f32)> {
+    let hidden: &[usize] = match width {
+        w if w < 520.0 => &[2, 3, 4, 5],
+        w if w < 700.0 => &[2, 3],
+        _ => &[],
+    };
+    let shown: Vec<usize> = (1..COLUMNS.len()).filter(|i| !hidden.contains(i)).collect();
+    let shares: f32 = shown.iter().map(|&i| COLUMNS[i].1).sum();
+    // Long names need room; numbers need no more than they are wide.
+    let unit = ((width - 200.0) / shares).clamp(58.0, 96.0);
+    let mut at = (width - shares * unit).max(120.0);
+    let mut cells = vec![(0, 0.0, at)];
+    for i in shown {
+        let right = at + COLUMNS[i].1 * unit;
+        cells.push((i, at, right));
+        at = right;
     }
-    lefts.push(at);
-    lefts
+    cells
 }
 
-fn header(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut TableView, lefts: &[f32]) {
+fn header(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut TableView, cells: &[(usize, f32, f32)]) {
     let (rect, _) = ui.allocate_exact_size(Vec2::new(ui.available_width(), ROW + 2.0), Sense::hover());
-    let unit = scene.outcome.unit();
-    for (i, (title, ..)) in COLUMNS.iter().enumerate() {
-        let title = if i >= 8 { format!("{title} {unit}") } else { (*title).to_owned() };
-        let cell = Rect::from_x_y_ranges(rect.left() + lefts[i]..=rect.left() + lefts[i + 1], rect.y_range());
+    let unit = if scene.outcome.scale_measured { "N" } else { "rel." };
+    for &(i, left, right) in cells {
+        let title = COLUMNS[i].0;
+        let title = if i >= 8 { format!("{title} {unit}") } else { title.to_owned() };
+        let cell = Rect::from_x_y_ranges(rect.left() + left..=rect.left() + right, rect.y_range());
         let response = ui.interact(cell, ui.scope_id().with(("column", i)), Sense::click());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("Sort by {title}")));
         if response.clicked() {
@@ -148,7 +154,7 @@ fn cell_anchor(column: usize, cell: Rect) -> (Align2, egui::Pos2) {
     }
 }
 
-fn show_row(ui: &mut egui::Ui, row: &Row, lefts: &[f32], focus: &mut Focus, commands: &mut Vec<Command>) {
+fn show_row(ui: &mut egui::Ui, row: &Row, cells: &[(usize, f32, f32)], focus: &mut Focus, commands: &mut Vec<Command>) {
     let (rect, response) = ui.allocate_exact_size(Vec2::new(ui.available_width(), ROW), Sense::click());
     let spoken = format!("Row {}, {}", row.name, row.look.word());
     response.widget_info(|| egui::WidgetInfo::selected(egui::Role::ListBoxOption, true, false, &spoken));
@@ -168,8 +174,8 @@ fn show_row(ui: &mut egui::Ui, row: &Row, lefts: &[f32], focus: &mut Focus, comm
     }
     let (text, weak) = (visuals.text_color(), visuals.weak_text_color());
     let quiet = !row.look.is_mark();
-    for i in 0..COLUMNS.len() {
-        let cell = Rect::from_x_y_ranges(rect.left() + lefts[i]..=rect.left() + lefts[i + 1], rect.y_range());
+    for &(i, left, right) in cells {
+        let cell = Rect::from_x_y_ranges(rect.left() + left..=rect.left() + right, rect.y_range());
         let (anchor, mut at) = cell_anchor(i, cell);
         let words = match i {
             0 => {
@@ -256,7 +262,7 @@ fn sort(rows: &mut [Row], view: TableView) {
         1 => rows.sort_by_key(|r| r.look),
         c => rows.sort_by(|a, b| {
             // What has no number stands last either way.
-            let key = |r: &Row| r.numbers[c - 2].map(|n| if view.descending { -n } else { n }).unwrap_or(f64::INFINITY);
+            let key = |r: &Row| r.numbers[c - 2].map_or(f64::INFINITY, |n| if view.descending { -n } else { n });
             key(a).total_cmp(&key(b))
         }),
     }

@@ -10,7 +10,7 @@ use crate::project::Which;
 
 /// Shows the tools in one row.
 pub fn show(ui: &mut egui::Ui, view: &mut FramesView, state: &ActionState, commands: &mut Vec<Command>) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         for (action, label) in
             [(Action::ToolSelect, "Select"), (Action::ToolLandmarks, "Landmarks"), (Action::ToolFeatures, "Features")]
         {

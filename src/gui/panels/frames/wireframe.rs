@@ -47,12 +47,15 @@ pub fn paint(
         return;
     }
     let places: Vec<Pos2> = in_image.iter().map(|p| ui_from_image([p.x, p.y])).collect();
+    // Where edges are short on the screen their ink would cover the skin.
+    let room = (mean_length(face, &places) / 16.0).clamp(0.35, 1.0);
+    let opacity = style.opacity * room;
     let (_, plain, feature) = COLOURS[style.colour.min(COLOURS.len() - 1)];
-    let plain = Stroke::new(1.0, plain.gamma_multiply(style.opacity));
-    let feature = Stroke::new(1.4, feature.gamma_multiply((style.opacity * 1.3).min(1.0)));
+    let plain = Stroke::new(1.0, plain.gamma_multiply(opacity));
+    let feature = Stroke::new(1.4, feature.gamma_multiply((opacity * 1.4).min(1.0)));
     let seen = painter.clip_rect().expand(2.0);
     for (edge, triangles) in face.mesh().edges().iter().zip(face.mesh().triangles_of_edge()) {
-        if only.is_some_and(|set| !edge.iter().all(|v| set.contains(v))) {
+        if only.is_some_and(|set| edge.iter().any(|v| !set.contains(v))) {
             continue;
         }
         let [a, b] = edge.map(|v| places[v as usize]);
@@ -62,6 +65,13 @@ pub fn paint(
         let is_feature = triangles.contains(&mesh::NONE) || edge.iter().all(|&v| on_midline(face, v));
         painter.line_segment([a, b], if is_feature { feature } else { plain });
     }
+}
+
+/// Mean length of the edges on the screen, from a few of them.
+fn mean_length(face: &FaceModel, places: &[Pos2]) -> f32 {
+    let some = face.mesh().edges().iter().step_by(face.mesh().edges().len() / 64 + 1);
+    let lengths: Vec<f32> = some.map(|e| places[e[0] as usize].distance(places[e[1] as usize])).collect();
+    lengths.iter().sum::<f32>() / lengths.len().max(1) as f32
 }
 
 fn on_midline(face: &FaceModel, vertex: u32) -> bool {
