@@ -21,6 +21,8 @@ pub enum Action {
     OpenFrames,
     /// Choose a folder of numbered frames.
     OpenFolder,
+    /// Write the results into a folder.
+    Export,
     /// Leave the program.
     Quit,
     /// Take back the last step.
@@ -288,6 +290,13 @@ pub const TABLE: &[Spec] = &[
         &[ctrl_shift(Key::F)],
         "Choose a folder of numbered pictures; first and last are proposed and can be changed.",
     ),
+    group(row(
+        A::Export,
+        M::File,
+        "Export results…",
+        &[ctrl(Key::E)],
+        "Write the forces and marks as tables, a mesh, a picture and a report into a folder.",
+    )),
     group(row(A::Quit, M::File, "Quit", &[ctrl(Key::Q)], "Leave the program; unsaved changes are asked about.")),
     row(A::Undo, M::Edit, "Undo", &[ctrl(Key::Z)], "Take back the last step."),
     row(A::Redo, M::Edit, "Redo", &[ctrl_shift(Key::Z), ctrl(Key::Y)], "Do again what was taken back."),

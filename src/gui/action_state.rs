@@ -12,6 +12,7 @@ pub struct ActionState {
     undo: Option<String>,
     redo: Option<String>,
     frames: bool,
+    results: bool,
     last_marks: bool,
     dark: bool,
     selected: Option<PointId>,
@@ -55,6 +56,7 @@ impl ActionState {
             undo: history.done().last().map(str::to_owned),
             redo: history.undone().next().map(str::to_owned),
             frames: scene.project.frames.first.is_some() || scene.project.frames.last.is_some(),
+            results: scene.outcome.states.iter().any(|s| s.is_known()),
             last_marks: scene.project.features.values().any(|f| f.last.is_some()),
             dark,
             predicted: known.is_some_and(|(look, _)| look == points::Look::Predicted),
@@ -85,6 +87,7 @@ impl ActionState {
         match action {
             Action::Undo => self.undo.is_some(),
             Action::Redo => self.redo.is_some(),
+            Action::Export => self.results,
             Action::ClearLast => self.last_marks,
             Action::ClearMark | Action::Lock | Action::Uncertain | Action::Occluded => self.mark.is_some(),
             Action::Accept => self.selected.is_some() && self.predicted,

@@ -22,6 +22,8 @@ pub enum Purpose {
     Frame(crate::project::Which),
     /// A folder of numbered frames.
     FrameFolder,
+    /// A folder for the results.
+    ExportFolder,
 }
 
 impl Purpose {
@@ -34,6 +36,7 @@ impl Purpose {
             Self::Frame(crate::project::Which::First) => "Choose the first frame",
             Self::Frame(crate::project::Which::Last) => "Choose the last frame",
             Self::FrameFolder => "Choose a folder of numbered frames",
+            Self::ExportFolder => "Choose a folder for the results",
         }
     }
 }
@@ -106,7 +109,7 @@ fn ask_and_send(purpose: &Purpose, sender: &Sender<Answer>, ctx: &egui::Context)
         }
         Purpose::Frames => dialog.add_filter("Pictures", PICTURES).pick_files(),
         Purpose::Frame(_) => dialog.add_filter("Pictures", PICTURES).pick_file().map(|f| vec![f]),
-        Purpose::FrameFolder => dialog.pick_folder().map(|f| vec![f]),
+        Purpose::FrameFolder | Purpose::ExportFolder => dialog.pick_folder().map(|f| vec![f]),
     };
     let answer = match files {
         Some(files) => Answer::Files(files),

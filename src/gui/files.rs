@@ -10,7 +10,7 @@ use super::jobs::Finished;
 use super::modal::Modal;
 use super::pictures::{self, Pictures};
 use super::view_state::NoticeKind;
-use super::{Command, dialogs};
+use super::{Command, dialogs, export_results};
 use crate::frames::FrameSequence;
 use crate::project::{Project, Which, autosave, file, paths};
 
@@ -130,6 +130,7 @@ impl App {
             }
             Purpose::Frame(which) => self.commands.push(Command::LoadFrame(*which, first)),
             Purpose::FrameFolder => self.open_folder(first, ctx),
+            Purpose::ExportFolder => self.export(first, ctx),
         }
     }
 
@@ -227,6 +228,18 @@ impl App {
         self.document = OpenDocument::new(found, self.document.path.clone(), self.document.autosave);
         self.document.saved = saved;
         self.solve_anew();
+    }
+
+    /// Writes the results into a folder, in the background.
+    fn export(&mut self, folder: PathBuf, ctx: &egui::Context) {
+        let project = self.project().clone();
+        let (face, outcome) = (Arc::clone(&self.face), self.outcome.clone());
+        let named = self.document.path.as_ref().map_or_else(|| "PROJECT".into(), |p| p.display().to_string());
+        let command = format!("frontalis solve '{named}' --out '{}'", folder.display());
+        self.jobs.start(ctx, "Writing the results", move |progress| {
+            let written = export_results::write(&folder, &project, &face, &outcome, command, progress);
+            (!progress.is_cancelled()).then(|| Finished::Exported(written.map(|()| folder)))
+        });
     }
 
     /// The face that the window fits.

@@ -38,6 +38,8 @@ pub enum Finished {
     },
     /// A folder of frames was listed, or not.
     Folder(Result<FrameSequence, String>),
+    /// Results were written into this folder, or not.
+    Exported(Result<PathBuf, String>),
     /// The work ended without an answer.
     Died(String),
 }

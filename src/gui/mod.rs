@@ -5,6 +5,7 @@ pub mod action_state;
 pub mod app;
 pub mod command;
 pub mod dialogs;
+pub mod export_results;
 mod files;
 pub mod height_map;
 pub mod jobs;

@@ -103,6 +103,7 @@ impl App {
             Action::SaveAs => self.ask_where_to_save(None, ctx),
             Action::OpenFrames => self.dialogs.ask(ctx, Purpose::Frames),
             Action::OpenFolder => self.dialogs.ask(ctx, Purpose::FrameFolder),
+            Action::Export => self.dialogs.ask(ctx, Purpose::ExportFolder),
             Action::Undo => _ = self.document.history.undo(),
             Action::Redo => _ = self.document.history.redo(),
             Action::ShowHistory => {
@@ -337,6 +338,10 @@ impl App {
             }
             Finished::Folder(Ok(sequence)) => self.view.modal = Some(Modal::Sequence(SequenceView::new(&sequence))),
             Finished::Folder(Err(why)) => self.fail("The folder cannot be used", why),
+            Finished::Exported(Ok(folder)) => {
+                self.tell(NoticeKind::Done, format!("The results are in {}.", folder.display()), ctx);
+            }
+            Finished::Exported(Err(why)) => self.fail("The results cannot be written", why),
             Finished::Died(what) => self.fail("Something went wrong", what),
         }
     }

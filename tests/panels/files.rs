@@ -194,3 +194,20 @@ fn frames_moved_with_their_project_are_found() {
     assert!(window.query_by_label_contains("no such file").is_none());
     window.get_by_label("First frame");
 }
+
+#[test]
+fn results_are_exported_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let face = frontalis::face::generic();
+    let person = Person::default();
+    let out = folder.path().join("out");
+    person.will_choose(&[&out]);
+    let mut window = open(project(folder.path(), &face, true), SIZE, true, person);
+    keys(&mut window, Modifiers::COMMAND, Key::E);
+    settle(&mut window);
+    for name in ["forces.csv", "marks.csv", "forces.vtp", "report.json", "height_map.png"] {
+        assert!(std::fs::metadata(out.join(name)).unwrap().len() > 100, "{name}");
+    }
+    let rows = std::fs::read_to_string(out.join("forces.csv")).unwrap().lines().count();
+    assert_eq!(rows, face.mesh().len() + 1);
+}
