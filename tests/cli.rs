@@ -1,5 +1,7 @@
 //! The command line end to end: the real program, good input and bad, its words, its exit status, and what it leaves on disk.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot read its own files should stop there")]
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -235,7 +237,7 @@ fn face_lists_shows_exports_checks_and_generates() {
     assert_eq!(done(&["face", "show", "--face", text(&json)]), shown);
 
     let bad = dir.path().join("bad.json");
-    fs::write(&bad, fs::read_to_string(&json).unwrap().replacen("[", "[x", 1)).unwrap();
+    fs::write(&bad, fs::read_to_string(&json).unwrap().replacen('[', "[x", 1)).unwrap();
     assert!(refused(&["face", "check", text(&bad)]).contains("bad.json"));
     assert!(refused(&["face", "show", "--face", "/nowhere/face.json"]).contains("/nowhere/face.json"));
 }

@@ -21,9 +21,9 @@ pub(super) struct Output {
 impl Output {
     /// Opens a hidden working folder on the disk of `goal`; no file of `goal` is touched yet.
     pub(super) fn folder(goal: &Path) -> Result<Self, CliError> {
-        let failed = |source| CliError::Write { path: goal.to_owned(), source };
+        let refuse = |source| failed(goal.to_owned(), source);
         if goal.exists() && !goal.is_dir() {
-            return Err(failed(io::Error::new(io::ErrorKind::NotADirectory, "it is a file, not a folder")));
+            return Err(refuse(io::Error::new(io::ErrorKind::NotADirectory, "it is a file, not a folder")));
         }
         let work = Arc::new(Mutex::new(None));
         let at_interrupt = Arc::clone(&work);
@@ -38,14 +38,14 @@ impl Output {
         let place = {
             let mut held = work.lock().unwrap_or_else(PoisonError::into_inner);
             let made = tempfile::Builder::new().prefix(".frontalis-").suffix(".part").tempdir_in(nearest_folder(goal));
-            held.insert(made.map_err(failed)?).path().to_owned()
+            held.insert(made.map_err(refuse)?).path().to_owned()
         };
         Ok(Self { goal: goal.to_owned(), work, place, names: Vec::new() })
     }
 
     /// Adds a file.
     pub(super) fn write(&mut self, name: &'static str, bytes: &[u8]) -> Result<(), CliError> {
-        fs::write(self.place.join(name), bytes).map_err(|source| self.failed(self.goal.join(name), source))?;
+        fs::write(self.place.join(name), bytes).map_err(|source| failed(self.goal.join(name), source))?;
         self.names.push(name);
         Ok(())
     }
@@ -64,18 +64,16 @@ impl Output {
         let Some(folder) = work.take() else { return Ok(()) };
         if !self.goal.exists() {
             let parent = crate::project::whole_file::folder_of(&self.goal);
-            fs::create_dir_all(&parent).map_err(|source| self.failed(self.goal.clone(), source))?;
-            open_to_others(folder.path()).map_err(|source| self.failed(self.goal.clone(), source))?;
-            fs::rename(folder.path(), &self.goal).map_err(|source| self.failed(self.goal.clone(), source))?;
+            fs::create_dir_all(&parent).map_err(|source| failed(self.goal.clone(), source))?;
+            open_to_others(folder.path()).map_err(|source| failed(self.goal.clone(), source))?;
+            fs::rename(folder.path(), &self.goal).map_err(|source| failed(self.goal.clone(), source))?;
             let _ = folder.keep();
             return Ok(());
         }
         for name in &self.names {
             let at = self.goal.join(name);
             if at.is_dir() {
-                return Err(
-                    self.failed(at, io::Error::new(io::ErrorKind::IsADirectory, "a folder of this name is there"))
-                );
+                return Err(failed(at, io::Error::new(io::ErrorKind::IsADirectory, "a folder of this name is there")));
             }
         }
         let mut moved = Vec::new();
@@ -89,16 +87,16 @@ impl Output {
                     let _ = fs::rename(&former, &at);
                 }
                 take_back(&moved);
-                return Err(self.failed(at, source));
+                return Err(failed(at, source));
             }
             moved.push((at, kept.then_some(former)));
         }
         Ok(())
     }
+}
 
-    fn failed(&self, path: PathBuf, source: io::Error) -> CliError {
-        CliError::Write { path, source }
-    }
+fn failed(path: PathBuf, source: io::Error) -> CliError {
+    CliError::Write { path, source }
 }
 
 /// A picture as the bytes of a PNG file.

@@ -125,7 +125,7 @@ mod tests {
         }
         fs::write(&journal, &whole).unwrap();
         file::save(&named("saved"), &saved).unwrap();
-        let old = SystemTime::now() - std::time::Duration::from_secs(60);
+        let old = SystemTime::now() - std::time::Duration::from_mins(1);
         fs::File::options().write(true).open(&journal).unwrap().set_modified(old).unwrap();
         assert_eq!(recover(Some(&saved)), None);
     }

@@ -80,8 +80,8 @@ fn any_settings() -> impl Strategy<Value = Settings> {
             customize,
             depth,
             unmarked,
-            springs,
             skin_thickness_mm,
+            springs,
             marking_sigma_px,
             remove_head_motion,
             ..Settings::default()
