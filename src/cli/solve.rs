@@ -56,7 +56,11 @@ pub(super) fn results(
         title: project.name.clone(),
         ..HeightMapOptions::default()
     };
-    let values = outcome.field.magnitude(&outcome.states);
+    // The border carries the reaction of skin that nobody measured: a wall of it would hide the forces behind.
+    let mut values = outcome.field.magnitude(&outcome.states);
+    for (value, border) in values.iter_mut().zip(&outcome.border) {
+        *value = value.filter(|_| !border);
+    }
     let picture = height_map::render(&outcome.first, face.mesh().triangles(), &values, &options)?;
     progress.stage("write");
     output.write("forces.csv", csv::forces(&outcome).as_bytes())?;
@@ -71,7 +75,7 @@ pub(super) fn results(
 /// The result in a few lines.
 pub(super) fn say(outcome: &Outcome, out: &Path) {
     let unit = outcome.unit();
-    match outcome.field.peak(&outcome.states) {
+    match outcome.peak() {
         Some((vertex, force)) => {
             let sigma = outcome.field.sigma.get(vertex).copied().unwrap_or(f64::NAN);
             println!("largest force {force:.3} ± {sigma:.3} {unit} at vertex {vertex}");

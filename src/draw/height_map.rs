@@ -181,7 +181,7 @@ fn lettering(
     let peak = largest.map_or_else(|| "nothing measured".to_owned(), |v| format!("largest {} {unit}", significant(v)));
     let _ = write!(
         out,
-        r##"<text x="32" y="80" fill="#5a5a64">{peak} · height ×{} mm/{} · {measured} of {} vertices measured</text>"##,
+        r##"<text x="32" y="80" fill="#5a5a64">{peak} · height ×{} mm/{} · {measured} of {} vertices shown</text>"##,
         significant(exaggeration),
         svg::escape(options.unit.split_whitespace().next().unwrap_or("unit")),
         values.len()
@@ -245,7 +245,7 @@ fn legend(
 <text x="{left}" y="{:.1}" font-size="20">{quantity}, {unit}</text>
 <rect x="{left}" y="{top}" width="26" height="{length}" fill="url(#bar)" stroke="#70707a" stroke-width="0.8"/>
 <rect x="{left}" y="{:.1}" width="26" height="20" fill="url(#hatch)" stroke="#70707a" stroke-width="0.8"/>
-<text x="{:.1}" y="{:.1}" font-size="15">not measured</text>"##,
+<text x="{:.1}" y="{:.1}" font-size="15">not measured, or border</text>"##,
         hex(NOT_MEASURED),
         hex(HATCHING),
         top - 18.0,

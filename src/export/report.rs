@@ -175,7 +175,7 @@ fn head(outcome: &Outcome, wanted: bool) -> Head {
 }
 
 fn peak(outcome: &Outcome) -> Option<Peak> {
-    let (vertex, force) = outcome.field.peak(&outcome.states)?;
+    let (vertex, force) = outcome.peak()?;
     Some(Peak {
         vertex,
         force,

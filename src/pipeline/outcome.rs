@@ -152,7 +152,7 @@ impl ForceField {
         self.force.iter().zip(states).map(|(f, s)| s.is_known().then(|| f.norm())).collect()
     }
 
-    /// The vertex with the largest force among those with a force to believe, and that force.
+    /// The vertex with the largest force among the measured and inferred ones of these states, and that force.
     pub fn peak(&self, states: &[VertexState]) -> Option<(usize, f64)> {
         self.force
             .iter()
@@ -165,6 +165,14 @@ impl ForceField {
 }
 
 impl Outcome {
+    /// The vertex with the largest force among those whose force can be believed, and that force: measured or inferred, and not
+    /// on the border, which carries the reaction of skin that nobody measured. Without any such vertex, the largest of all.
+    pub fn peak(&self) -> Option<(usize, f64)> {
+        let inner = self.states.iter().zip(&self.border);
+        let inner: Vec<_> = inner.map(|(s, border)| if *border { VertexState::Unmeasured } else { *s }).collect();
+        self.field.peak(&inner).or_else(|| self.field.peak(&self.states))
+    }
+
     /// "N" or "relative".
     pub fn unit(&self) -> &'static str {
         if self.scale_measured { "N" } else { "relative" }

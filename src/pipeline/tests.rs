@@ -101,7 +101,7 @@ fn with_marks_at_the_truth_the_positions_and_the_forces_are_exact() {
         let by_hand = force_by_hand(&face, &p, &o, v);
         assert!((o.field.force[v] - by_hand).norm() < 1e-12 * (1.0 + by_hand.norm()));
     }
-    let (peak, f) = o.field.peak(&o.states).unwrap();
+    let (peak, f) = o.peak().unwrap();
     assert!(f > 0.01 && o.field.internal_sum.norm() < 1e-12, "peak {f} N at {peak}");
     assert!(o.scale_measured && o.unit() == "N");
 }
@@ -131,7 +131,7 @@ fn head_motion_is_removed_before_depth_is_chosen() {
     // Left in, the same motion is read as skin.
     p.settings.remove_head_motion = false;
     let thesis = run(&p, &face);
-    assert!(thesis.field.peak(&thesis.states).unwrap().1 > 0.0 && thesis.head.still_points == 0);
+    assert!(thesis.peak().unwrap().1 > 0.0 && thesis.head.still_points == 0);
     assert!((thesis.last[0] - o.last[0]).norm() > 0.5);
 }
 

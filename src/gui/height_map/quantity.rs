@@ -189,18 +189,6 @@ impl Layer {
     }
 }
 
-/// The vertex with the largest force among those whose force can be believed: measured or inferred, and not on the border, which carries
-/// the reaction of skin that nobody measured. Without any such vertex, the largest of all.
-pub fn peak(outcome: &Outcome) -> Option<(usize, f64)> {
-    let inner = outcome
-        .states
-        .iter()
-        .enumerate()
-        .map(|(v, s)| if outcome.border.get(v).copied().unwrap_or(false) { VertexState::Unmeasured } else { *s });
-    let inner: Vec<VertexState> = inner.collect();
-    outcome.field.peak(&inner).or_else(|| outcome.field.peak(&outcome.states))
-}
-
 /// Unit vector from a muscle's insertion to its attachment in the first frame: the way it pulls. Thesis (3.1).
 pub fn fibre_direction(outcome: &Outcome, muscle: &Muscle) -> Option<Vector3<f64>> {
     let attachment = outcome.first.get(muscle.attachment as usize)?;

@@ -114,7 +114,7 @@ fn forces(ui: &mut egui::Ui, scene: Scene<'_>, focus: &mut Focus, commands: &mut
     let o = scene.outcome;
     let unit = o.unit();
     let known = o.states.iter().filter(|s| s.is_known()).count();
-    let Some((vertex, peak)) = o.field.peak(&o.states) else {
+    let Some((vertex, peak)) = o.peak() else {
         ui.label("Mark feature points in the last frame to see forces.");
         return;
     };

@@ -9,7 +9,6 @@ use crate::gui::height_map::axes::{self, Ground, HeightAxis};
 use crate::gui::height_map::ink::{Ink, Inks};
 use crate::gui::height_map::picking::{pick, place};
 use crate::gui::height_map::profile::Line;
-use crate::gui::height_map::quantity::peak;
 use crate::gui::height_map::range::{range_of, round_down};
 use crate::gui::height_map::scene::{Projected, Scene as MapScene};
 use crate::gui::height_map::{Layer, MapOptions, Relief, Surface};
@@ -156,7 +155,7 @@ fn without_border(scene: Scene<'_>, layer: &Layer, show_border: bool) -> Option<
 
 /// mm of arrow per unit of force: the largest force that can be believed is drawn about [`LONGEST_ARROW_MM`] long.
 fn arrow_scale(scene: Scene<'_>) -> f64 {
-    let largest = peak(scene.outcome).map_or(1.0, |(_, f)| f);
+    let largest = scene.outcome.peak().map_or(1.0, |(_, f)| f);
     round_down(LONGEST_ARROW_MM / largest.max(1e-12))
 }
 

@@ -8,7 +8,7 @@ use super::{ForcesView, select};
 use crate::gui::height_map::Layer;
 use crate::gui::height_map::ink::Inks;
 use crate::gui::height_map::profile::{Line, ProfilePoint, Section, section};
-use crate::gui::height_map::quantity::{muscle_name, peak};
+use crate::gui::height_map::quantity::muscle_name;
 use crate::gui::height_map::range::{range_of, round_up};
 use crate::gui::{Command, Focus, Scene};
 
@@ -22,7 +22,7 @@ pub(super) fn show(
     focus: &mut Focus,
     commands: &mut Vec<Command>,
 ) {
-    let through = selected.or_else(|| peak(scene.outcome).map(|(v, _)| v));
+    let through = selected.or_else(|| scene.outcome.peak().map(|(v, _)| v));
     ui.horizontal_wrapped(|ui| {
         ui.weak(match (selected, through) {
             (Some(v), _) => format!("through vertex {v}"),
@@ -79,7 +79,7 @@ pub(super) fn show(
 /// The point that the profiles run through, and their lines: up the face or along the chosen fibre, and across.
 pub(super) fn lines(scene: Scene<'_>, view: &ForcesView, selected: Option<usize>) -> Option<(Point3<f64>, [Line; 2])> {
     let first = &scene.outcome.first;
-    let through = selected.or_else(|| peak(scene.outcome).map(|(v, _)| v))?;
+    let through = selected.or_else(|| scene.outcome.peak().map(|(v, _)| v))?;
     let at = *first.get(through)?;
     let band = 0.5 * scene.face.mesh().mean_edge_length();
     let muscle = view.options.muscle.and_then(|m| scene.face.muscles().get(m)).filter(|_| view.profile_along_fibre);

@@ -5,14 +5,14 @@ use egui::Ui;
 use super::select;
 use crate::displacement::VertexState;
 use crate::gui::height_map::options::{significant, with_error};
-use crate::gui::height_map::quantity::{self, muscle_at, muscle_name};
+use crate::gui::height_map::quantity::{muscle_at, muscle_name};
 use crate::gui::{Command, Focus, Scene};
 
 /// Shows the lines.
 pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, focus: &mut Focus, commands: &mut Vec<Command>) {
     let outcome = scene.outcome;
     let unit = outcome.unit();
-    let peak = quantity::peak(outcome);
+    let peak = outcome.peak();
     let of_all = outcome.field.peak(&outcome.states);
     ui.strong("Peak force");
     match peak {
