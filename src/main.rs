@@ -14,6 +14,20 @@ fn main() -> ExitCode {
     }
 }
 
+#[cfg(feature = "gui")]
+fn window(project: Option<PathBuf>) -> ExitCode {
+    use frontalis::gui::WindowError;
+    match frontalis::gui::start(project) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(WindowError::NoWindow(_)) => no_window(),
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+#[cfg(not(feature = "gui"))]
 fn window(_: Option<PathBuf>) -> ExitCode {
     no_window()
 }

@@ -13,6 +13,8 @@ pub enum Action {
     New,
     /// Open a project file.
     Open,
+    /// Open the embedded sample.
+    OpenSample,
     /// Save the project.
     Save,
     /// Save the project under another name.
@@ -274,6 +276,13 @@ use Menu as M;
 pub const TABLE: &[Spec] = &[
     row(A::New, M::File, "New project", &[ctrl(Key::N)], "Begin with an empty project."),
     row(A::Open, M::File, "Open project…", &[ctrl(Key::O)], "Open a project file."),
+    row(
+        A::OpenSample,
+        M::File,
+        "Open sample",
+        &[],
+        "Open the embedded sample: two frames of a rendered brow raise with a painted grid, marked.",
+    ),
     group(row(A::Save, M::File, "Save", &[ctrl(Key::S)], "Save the project; the last good copy is kept beside it.")),
     row(A::SaveAs, M::File, "Save as…", &[ctrl_shift(Key::S)], "Save the project under another name."),
     group(row(

@@ -58,6 +58,8 @@ pub enum Command {
 pub enum After {
     /// A new, empty project.
     New,
+    /// The embedded sample.
+    Sample,
     /// A dialog that asks which project to open.
     AskOpen,
     /// This project.

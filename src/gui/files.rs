@@ -11,8 +11,10 @@ use super::modal::Modal;
 use super::pictures::{self, Pictures};
 use super::view_state::NoticeKind;
 use super::{Command, dialogs, export_results};
+use crate::face::{self, FaceModel};
 use crate::frames::FrameSequence;
-use crate::project::{Project, Which, autosave, file, paths};
+use crate::project::whole_file::{self, Durability};
+use crate::project::{FaceSource, FrameStatus, Project, Which, autosave, file, frames_check, paths, sample};
 
 impl App {
     /// Does it, or asks first what becomes of unsaved changes.
@@ -30,6 +32,13 @@ impl App {
             After::New => self.open_document(Project::default(), None),
             After::AskOpen => self.dialogs.ask(ctx, Purpose::OpenProject),
             After::Open(path) => self.open(&path),
+            After::Sample => match sample::project() {
+                Ok(project) => {
+                    self.face = crate::face::generic();
+                    self.open_document(project, None);
+                }
+                Err(e) => self.fail("The sample cannot be opened", e.to_string()),
+            },
             After::Quit => {
                 self.remove_journal();
                 self.document.may_close = true;
@@ -52,12 +61,12 @@ impl App {
 
     /// Opens a project file, or says why not; the one that is open then stays.
     pub(super) fn open(&mut self, path: &Path) {
-        match file::load(path) {
-            Ok(project) => match file::check_bindings(path, &project, &self.face) {
-                Ok(()) => self.open_document(project, Some(path.to_owned())),
-                Err(e) => self.fail("The project cannot be opened", e.to_string()),
-            },
-            Err(e) => self.fail("The project cannot be opened", e.to_string()),
+        match read_project(path) {
+            Ok((project, face)) => {
+                self.face = face;
+                self.open_document(project, Some(path.to_owned()));
+            }
+            Err(why) => self.fail("The project cannot be opened", why),
         }
     }
 
@@ -89,8 +98,9 @@ impl App {
             // A path is text like any other: such an edit is never refused.
             let _ = edit.apply(&mut project);
         }
-        if let Err(e) = file::save(&project, &path) {
-            self.fail("The project was not saved", e.to_string());
+        let saved = write_sample_frames(&project, &path);
+        if let Err(e) = saved.and_then(|()| file::save(&project, &path).map_err(|e| e.to_string())) {
+            self.fail("The project was not saved", e);
             return;
         }
         self.remove_journal();
@@ -243,7 +253,41 @@ impl App {
     }
 
     /// The face that the window fits.
-    pub fn face(&self) -> Arc<crate::face::FaceModel> {
+    pub fn face(&self) -> Arc<FaceModel> {
         Arc::clone(&self.face)
     }
+}
+
+/// Reads a project with the face that it names; refuses marks on what that face does not have.
+///
+/// # Errors
+/// One line: the file, the place, the reason, the remedy.
+pub fn read_project(path: &Path) -> Result<(Project, Arc<FaceModel>), String> {
+    let project = file::load(path).map_err(|e| e.to_string())?;
+    let face = match &project.face {
+        FaceSource::Generic => face::generic(),
+        FaceSource::File { path: text, sha256 } => {
+            let at = paths::resolve_text(path, text);
+            match frames_check::status_at(at.clone(), sha256) {
+                FrameStatus::Ok => Arc::new(face::file::read(&at).map_err(|e| e.to_string())?),
+                status => return Err(format!("the face model {status}")),
+            }
+        }
+    };
+    file::check_bindings(path, &project, &face).map_err(|e| e.to_string())?;
+    Ok((project, face))
+}
+
+/// The sample's frames lie in the program; a project of them that is saved takes them along.
+fn write_sample_frames(project: &Project, path: &Path) -> Result<(), String> {
+    for frame in [&project.frames.first, &project.frames.last].into_iter().flatten() {
+        let at = paths::resolve(path, frame);
+        if let Some(bytes) = sample::frame_bytes(frame)
+            && !at.exists()
+        {
+            let written = whole_file::write(&at, bytes, Durability::Disk);
+            written.map_err(|e| format!("{}: cannot be written ({e}); choose another folder", at.display()))?;
+        }
+    }
+    Ok(())
 }

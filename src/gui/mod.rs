@@ -6,7 +6,7 @@ pub mod app;
 pub mod command;
 pub mod dialogs;
 pub mod export_results;
-mod files;
+pub mod files;
 pub mod height_map;
 pub mod jobs;
 pub mod modal;
@@ -47,6 +47,24 @@ pub enum WindowError {
     /// The system gave none.
     #[error("no window could be opened: {0}")]
     NoWindow(String),
+    /// The project cannot be opened: one line.
+    #[error("{0}")]
+    Project(String),
+}
+
+/// Opens the window on a project file, or on the embedded sample, and returns when it is closed.
+///
+/// # Errors
+/// When the project cannot be opened, or there is no display or no way to draw on it.
+pub fn start(path: Option<PathBuf>) -> Result<(), WindowError> {
+    let (project, face) = match &path {
+        Some(path) => files::read_project(path).map_err(WindowError::Project)?,
+        None => {
+            let sample = crate::project::sample::project().map_err(|e| WindowError::Project(e.to_string()))?;
+            (sample, crate::face::generic())
+        }
+    };
+    run(project, path, face)
 }
 
 /// Opens the window on a project and returns when it is closed. Unsaved work is kept safe meanwhile.

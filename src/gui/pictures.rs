@@ -8,7 +8,7 @@ use image::RgbImage;
 use super::jobs::{Finished, Jobs};
 use super::texture::Tiles;
 use crate::frames::{Adjustment, Frame};
-use crate::project::{FrameRef, Project, Which};
+use crate::project::{FrameRef, Project, Which, sample};
 
 /// The pictures of both frames.
 pub struct Pictures {
@@ -164,7 +164,14 @@ impl Picture {
             return;
         }
         self.state = State::Reading;
-        read(which, resolve(named), false, ctx, jobs);
+        let path = resolve(named);
+        match sample::frame_bytes(named) {
+            Some(bytes) => jobs.start(ctx, format!("Reading the sample's {} frame", which.word()), move |_| {
+                let result = Frame::decode(&path, bytes).map_err(|e| e.to_string());
+                Some(Finished::Frame { which, path, chosen: false, result })
+            }),
+            None => read(which, path, false, ctx, jobs),
+        }
     }
 
     fn adjust(&mut self, which: Which, wanted: Adjustment, ctx: &egui::Context, jobs: &mut Jobs) {

@@ -98,6 +98,7 @@ impl App {
         match action {
             Action::New => self.unless_unsaved(After::New, ctx),
             Action::Open => self.unless_unsaved(After::AskOpen, ctx),
+            Action::OpenSample => self.unless_unsaved(After::Sample, ctx),
             Action::Quit => self.unless_unsaved(After::Quit, ctx),
             Action::Save => self.save(None, ctx),
             Action::SaveAs => self.ask_where_to_save(None, ctx),

@@ -211,3 +211,23 @@ fn results_are_exported_whole() {
     let rows = std::fs::read_to_string(out.join("forces.csv")).unwrap().lines().count();
     assert_eq!(rows, face.mesh().len() + 1);
 }
+
+#[test]
+fn the_sample_opens_and_takes_its_frames_along_when_saved() {
+    let folder = tempfile::tempdir().unwrap();
+    let person = Person::default();
+    let at = folder.path().join("mine.frontalis.json");
+    person.will_choose(&[&at]);
+    let mut window = empty(&person);
+    window.state_mut().push(Command::Do(Action::OpenSample));
+    settle(&mut window);
+    assert!(window.state().outcome().field.peak(&window.state().outcome().states).is_some());
+    assert!(window.query_by_label_contains("no such file").is_none());
+    keys(&mut window, Modifiers::COMMAND, Key::S);
+    window.run_steps(3);
+    assert_eq!(window.state().view().modal, None);
+    let saved = file::load(&at).unwrap();
+    for frame in [saved.frames.first.unwrap(), saved.frames.last.unwrap()] {
+        assert!(frontalis::project::frames_check::status(&at, &frame).is_ok(), "{}", frame.path);
+    }
+}

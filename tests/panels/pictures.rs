@@ -71,7 +71,7 @@ fn every_panel_looks_as_it_did() {
             let theme = if dark { "dark" } else { "light" };
             // Lines a pixel wide fall on other pixels by a rounding of the driver's.
             let options = SnapshotOptions::new().threshold(1.2).max_failed_pixels(40);
-            results.add(window.try_snapshot_options(format!("{name}_{theme}"), &options));
+            results.add(window.try_snapshot_options(format!("panels/{name}_{theme}"), &options));
         }
     }
 }
