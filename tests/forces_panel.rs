@@ -467,7 +467,7 @@ fn the_peak_is_sought_away_from_the_border_and_the_border_is_named_beside_it() {
     let border = state.outcome.border.iter().position(|b| *b).unwrap();
     state.outcome.field.force[border] = Vector3::new(0.0, 5.0, 0.0);
     assert_eq!(state.peak(), border, "the largest force of all");
-    assert_eq!(quantity::peak(&state.outcome).unwrap().0, inner);
+    assert_eq!(state.outcome.peak().unwrap().0, inner);
     let range = range::range_of(RangeMode::Auto, &state.layer(), &|_| true);
     assert!((range.high - 0.4).abs() < 1e-9, "the border's 5 N do not set the range");
     let mut harness = harness(state, [1280.0, 760.0]);
