@@ -19,8 +19,8 @@ use super::Springs;
 use crate::skin::StressStrainCurve;
 use crate::skin::stress_strain::Hinge;
 
-/// Springs worked on side by side: their twelve numbers fill a fifth of the first-level cache.
-const BLOCK: usize = 64;
+/// Springs worked on side by side: their seven numbers take 7 KB, a fifth or less of the first-level cache.
+const BLOCK: usize = 128;
 /// Vertices a range holds: their positions and forces stay in the second-level cache while springs scatter into them.
 const RANGE: usize = 8192;
 /// Below so many vertices one thread is done before others have woken.
@@ -91,23 +91,29 @@ impl WithSimd for Range<'_, '_> {
         let end = begin + edges[begin..].partition_point(|e| (e[0] as usize) < first + own.len());
         let (per_rest_length, newton_per_kpa) = springs.constants();
         let mut block = Block::default();
+        let mut spare = [[0.0; BLOCK]; 2];
         for start in (begin..end).step_by(BLOCK) {
             let range = start..(start + BLOCK).min(end);
-            let edges = &edges[range.clone()];
+            // Said again for the optimiser: no more than a block, so no bounds to check in it.
+            let edges = &edges[range.clone()][..range.len().min(BLOCK)];
             for (j, &[a, b]) in edges.iter().enumerate() {
                 let d = positions[a as usize] - positions[b as usize];
                 (block.x[j], block.y[j], block.z[j]) = (d.x, d.y, d.z);
             }
-            block.per_rest_length[..edges.len()].copy_from_slice(&per_rest_length[range.clone()]);
-            block.newton_per_kpa[..edges.len()].copy_from_slice(&newton_per_kpa[range]);
-            if let Some(active) = active {
-                for (c, &[a, b]) in block.newton_per_kpa.iter_mut().zip(edges) {
-                    *c = if active[a as usize] && active[b as usize] { *c } else { 0.0 };
+            let (mut per_l, mut scale) = (&per_rest_length[range.clone()], &newton_per_kpa[range]);
+            if edges.len() < BLOCK || active.is_some() {
+                spare[0][..edges.len()].copy_from_slice(per_l);
+                spare[1][..edges.len()].copy_from_slice(scale);
+                if let Some(active) = active {
+                    for (c, &[a, b]) in spare[1].iter_mut().zip(edges) {
+                        *c = if active[a as usize] && active[b as usize] { *c } else { 0.0 };
+                    }
                 }
+                (per_l, scale) = (&spare[0], &spare[1]);
             }
-            block.pull(curve);
+            block.pull(curve, per_l, scale);
             // Springs of one lower end follow each other: their sum stays in registers until the next.
-            let (mut lower, mut sum) = (edges[0][0], Vector3::zeros());
+            let (mut lower, mut sum, mut crosses) = (edges[0][0], Vector3::zeros(), false);
             for (j, &[a, b]) in edges.iter().enumerate() {
                 let f = Vector3::new(block.x[j], block.y[j], block.z[j]);
                 if a != lower {
@@ -117,10 +123,15 @@ impl WithSimd for Range<'_, '_> {
                 sum += f;
                 match own.get_mut(b as usize - first) {
                     Some(force) => *force -= f,
-                    None => crossing.push((b, f)),
+                    None => crosses = true,
                 }
             }
             own[lower as usize - first] += sum;
+            // Apart from the loop above, which has no room in its registers for it.
+            if crosses {
+                let ends = edges.iter().map(|e| e[1]).zip(block.forces());
+                crossing.extend(ends.filter(|(b, _)| *b as usize - first >= own.len()));
+            }
         }
         crossing
     }
@@ -131,14 +142,14 @@ struct Block {
     x: [f64; BLOCK],
     y: [f64; BLOCK],
     z: [f64; BLOCK],
-    per_rest_length: [f64; BLOCK],
-    newton_per_kpa: [f64; BLOCK],
+    length: [f64; BLOCK],
+    strain: [f64; BLOCK],
 }
 
 impl Default for Block {
     fn default() -> Self {
         let zero = [0.0; BLOCK];
-        Self { x: zero, y: zero, z: zero, per_rest_length: zero, newton_per_kpa: zero }
+        Self { x: zero, y: zero, z: zero, length: zero, strain: zero }
     }
 }
 
@@ -148,27 +159,29 @@ const LANES: usize = 8;
 const SHORTEST_SQUARED: f64 = 1e-200;
 
 impl Block {
-    /// Turns differences into forces: (x_a − x_b) h w σ(L/l − 1) / L.
+    /// Turns differences into forces: (x_a − x_b) h w σ(L/l − 1) / L, with 1/l and h w of every spring of the block.
     #[inline(always)]
-    fn pull(&mut self, curve: &StressStrainCurve) {
+    fn pull(&mut self, curve: &StressStrainCurve, per_rest_length: &[f64], newton_per_kpa: &[f64]) {
+        let (least, most) = self.stretch(&per_rest_length[..BLOCK]);
+        let newton_per_kpa = &newton_per_kpa[..BLOCK];
         let (elongation, compression) = curve.hinges();
         let search = elongation.len() + compression.len() > MOST_HINGES;
+        // Corners that no spring of the block has reached add nothing: most blocks meet only those at zero.
+        let elongation = &elongation[..elongation.partition_point(|h| h.at < most)];
+        let compression = &compression[..compression.partition_point(|h| h.at < -least)];
         for i in (0..BLOCK).step_by(LANES) {
             let lanes = i..i + LANES;
-            let [x, y, z] = [&mut self.x, &mut self.y, &mut self.z].map(|c| &mut c[lanes.clone()]);
-            let (per_l, scale) = (&self.per_rest_length[lanes.clone()], &self.newton_per_kpa[lanes]);
-            let mut length = [0.0; LANES];
-            let mut strain = [0.0; LANES];
-            for j in 0..LANES {
-                let squared = x[j] * x[j] + y[j] * y[j] + z[j] * z[j];
-                length[j] = if squared > SHORTEST_SQUARED { squared } else { SHORTEST_SQUARED }.sqrt();
-                strain[j] = length[j] * per_l[j] - 1.0;
-            }
-            let stress = if search {
-                strain.map(|e| curve.stress_kpa(e))
+            let strain = &self.strain[lanes.clone()];
+            let mut stress = [0.0; LANES];
+            if search {
+                for (s, &e) in stress.iter_mut().zip(strain) {
+                    *s = curve.stress_kpa(e);
+                }
             } else {
-                sum_of_hinges(&strain, elongation, compression)
-            };
+                sum_of_hinges(strain, elongation, compression, &mut stress);
+            }
+            let [x, y, z] = [&mut self.x, &mut self.y, &mut self.z].map(|c| &mut c[lanes.clone()]);
+            let (scale, length) = (&newton_per_kpa[lanes.clone()], &self.length[lanes]);
             for j in 0..LANES {
                 let pull = scale[j] * stress[j] / length[j];
                 x[j] *= pull;
@@ -177,12 +190,36 @@ impl Block {
             }
         }
     }
+
+    /// The forces on the lower ends.
+    fn forces(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
+        (0..BLOCK).map(|j| Vector3::new(self.x[j], self.y[j], self.z[j]))
+    }
+
+    /// Lengths and strains, and the least and the most of the strains.
+    #[inline(always)]
+    fn stretch(&mut self, per_rest_length: &[f64]) -> (f64, f64) {
+        let (mut least, mut most) = ([0.0; LANES], [0.0; LANES]);
+        for i in (0..BLOCK).step_by(LANES) {
+            let lanes = i..i + LANES;
+            let (x, y, z) = (&self.x[lanes.clone()], &self.y[lanes.clone()], &self.z[lanes.clone()]);
+            let per_l = &per_rest_length[lanes.clone()];
+            let (length, strain) = (&mut self.length[lanes.clone()], &mut self.strain[lanes]);
+            for j in 0..LANES {
+                let squared = x[j] * x[j] + y[j] * y[j] + z[j] * z[j];
+                length[j] = if squared > SHORTEST_SQUARED { squared } else { SHORTEST_SQUARED }.sqrt();
+                strain[j] = length[j] * per_l[j] - 1.0;
+                least[j] = if strain[j] < least[j] { strain[j] } else { least[j] };
+                most[j] = if strain[j] > most[j] { strain[j] } else { most[j] };
+            }
+        }
+        (least.into_iter().fold(0.0, f64::min), most.into_iter().fold(0.0, f64::max))
+    }
 }
 
 /// σ(ε) = Σ eₖ max(0, ε − aₖ) − Σ cₖ max(0, −ε − bₖ): no branch and no search, so all lanes go at once.
 #[inline(always)]
-fn sum_of_hinges(strain: &[f64; LANES], elongation: &[Hinge], compression: &[Hinge]) -> [f64; LANES] {
-    let mut stress = [0.0; LANES];
+fn sum_of_hinges(strain: &[f64], elongation: &[Hinge], compression: &[Hinge], stress: &mut [f64; LANES]) {
     for h in elongation {
         for j in 0..LANES {
             let beyond = strain[j] - h.at;
@@ -195,7 +232,6 @@ fn sum_of_hinges(strain: &[f64; LANES], elongation: &[Hinge], compression: &[Hin
             stress[j] -= h.slope * if beyond > 0.0 { beyond } else { 0.0 };
         }
     }
-    stress
 }
 
 /// Sum of the internal forces over the mesh, N: zero but for rounding (about 1e-16 of the largest force, times √n), because
