@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use frontalis::camera::Camera;
 use frontalis::customize::{Anchor, CustomizeSettings, LandmarkTarget, customize, nnwa};
-use frontalis::face::{FaceModel, FaceParts, Mesh};
+use frontalis::face::{FaceModel, FaceParts, Mesh, MeshError};
 use frontalis::forces::{Influence, MarkInfluence, SpringRule, Springs, muscle_forces, standard_errors};
 use frontalis::pipeline::{Workspace, solve};
 use frontalis::project::{Edit, PointId, Project};
@@ -22,7 +22,7 @@ const SIZES: [(usize, usize); 4] = [(18, 34), (80, 125), (250, 400), (800, 1250)
 const CAMERA: Camera =
     Camera { principal_point_px: Point2::new(518.0, 518.0), z_prp_mm: 1000.0, z_vp_mm: 0.0, px_per_mm: 4.0 };
 
-fn main() {
+fn main() -> Result<(), MeshError> {
     let wanted: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
     let wants = |name: &str| wanted.is_empty() || wanted.iter().any(|w| name.contains(w.as_str()));
     let cores = rayon::current_num_threads();
@@ -34,12 +34,13 @@ fn main() {
     let mut counts = vec![1, cores];
     counts.dedup();
     for (columns, rows) in SIZES {
-        let scene = Scene::new(columns, rows);
+        let scene = Scene::new(columns, rows)?;
         for &threads in &counts {
             let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(threads).build() else { continue };
             pool.install(|| scene.measure(threads, &wants));
         }
     }
+    Ok(())
 }
 
 /// What the wide loops compile to here.
@@ -50,6 +51,9 @@ fn widest() -> &'static str {
     }
 }
 
+/// Measures one stage: its name, the bytes it must move (0: not counted), the work.
+type Row<'a> = dyn Fn(&str, usize, &mut dyn FnMut()) + 'a;
+
 /// A sheet of 140 × 180 mm bulging like a face, its landmarks, and the same sheet after a motion of some millimetres.
 struct Scene {
     mesh: Mesh,
@@ -59,7 +63,7 @@ struct Scene {
 }
 
 impl Scene {
-    fn new(columns: usize, rows: usize) -> Self {
+    fn new(columns: usize, rows: usize) -> Result<Self, MeshError> {
         let at = |i: usize, n: usize, size: f64| (i as f64 / (n - 1) as f64 - 0.5) * size;
         let positions: Vec<Point3<f64>> = (0..columns * rows)
             .map(|i| {
@@ -85,9 +89,9 @@ impl Scene {
                 )
             })
             .collect();
-        let mesh = Mesh::new(positions, triangles).expect("a regular sheet is a mesh");
+        let mesh = Mesh::new(positions, triangles)?;
         let springs = Springs::new(&mesh, mesh.positions(), SpringRule::Strip, 1.5);
-        Self { mesh, moved, springs, curve: StressStrainCurve::default() }
+        Ok(Self { mesh, moved, springs, curve: StressStrainCurve::default() })
     }
 
     fn measure(&self, threads: usize, wants: &dyn Fn(&str) -> bool) {
@@ -163,7 +167,7 @@ impl Scene {
     }
 
     /// Every vertex marked in the last frame; then one mark is dragged to and fro.
-    fn chain_after_a_drag(&self, row: &dyn Fn(&str, usize, &mut dyn FnMut())) {
+    fn chain_after_a_drag(&self, row: &Row) {
         let n = self.mesh.len();
         let parts = FaceParts { name: "sheet".to_owned(), mirror: vec![None; n], ..FaceParts::default() };
         let Ok(face) = FaceModel::new(self.mesh.clone(), parts) else { return };
