@@ -150,11 +150,16 @@ fn without_a_file_dialog_a_path_can_be_typed() {
     let mut window = empty(&person);
     keys(&mut window, Modifiers::COMMAND, Key::F);
     assert_eq!(person.asked.borrow()[..], [Purpose::Frames]);
-    let text = format!("{}\n{}", first.display(), last.display());
-    window.get_by_label("Path").focus();
-    window.run_steps(2);
-    window.get_by_label("Path").type_text(&text);
-    window.run_steps(3);
+    let fields = |window: &Window, i: usize| {
+        let all: Vec<_> = window.get_all_by_role(egui::Role::TextInput).collect();
+        all[i].rect().center()
+    };
+    for (i, path) in [&first, &last].into_iter().enumerate() {
+        let at = fields(&window, i);
+        crate::stage::drag(&mut window, &[at, at]);
+        window.event(egui::Event::Text(path.display().to_string()));
+        window.run_steps(3);
+    }
     window.get_by_label("Go on").click();
     settle(&mut window);
     assert!(window.state().project().frames.last.is_some());

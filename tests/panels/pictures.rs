@@ -36,10 +36,29 @@ type View = (&'static str, [f32; 2], bool, fn(&mut Window));
 const VIEWS: &[View] = &[
     ("frames_empty", [760.0, 480.0], false, |_| {}),
     ("frames_marked", [1000.0, 640.0], true, |_| {}),
-    ("frames_guide", [1000.0, 640.0], false, |w| {
+    ("frames_guide", [1000.0, 640.0], true, |w| {
+        for id in ["nose_tip", "chin", "mouth_corner_left"] {
+            let clear = frontalis::project::Edit::Clear(PointId::Landmark(id.into()));
+            w.state_mut().push(frontalis::gui::Command::Edit(clear));
+        }
+        w.run_steps(2);
         let view = w.state_mut().view_mut();
         view.frames.tool = Tool::Landmarks;
         view.focus.selected = Some(PointId::Landmark("nose_tip".into()));
+    }),
+    ("frames_loupe", [1000.0, 640.0], true, |w| {
+        let v = frontalis::face::generic().region("brows")[3];
+        let at = crate::stage::on_screen(
+            w,
+            frontalis::project::Which::Last,
+            crate::stage::seen(&frontalis::face::generic(), v, true),
+        );
+        w.hover_at(at);
+        w.step();
+        w.drag_at(at);
+        w.step();
+        w.hover_at(at + egui::vec2(5.0, 3.0));
+        w.step();
     }),
     ("results", [760.0, 620.0], true, |w| w.state_mut().view_mut().frames.side = SideTab::Results),
     ("settings", [760.0, 900.0], true, |w| w.state_mut().view_mut().frames.side = SideTab::Settings),
@@ -73,5 +92,47 @@ fn every_panel_looks_as_it_did() {
             let options = SnapshotOptions::new().threshold(1.2).max_failed_pixels(40);
             results.add(window.try_snapshot_options(format!("panels/{name}_{theme}"), &options));
         }
+    }
+}
+
+/// The pictures of the documents, made anew: `cargo test --test panels docs_images -- --ignored`.
+#[test]
+#[ignore = "writes docs/images; run it when the window has changed"]
+fn docs_images() {
+    assert!(can_draw(), "the pictures of the documents need a graphics driver");
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
+    std::fs::create_dir_all(&folder).unwrap();
+    type Scene = (&'static str, bool, fn(&mut Window));
+    let scenes: [Scene; 6] = [
+        ("frames", true, |_| {}),
+        ("frames-light", false, |_| {}),
+        ("forces", true, |w| w.state_mut().view_mut().workspace = frontalis::gui::Workspace::Forces),
+        ("settings", true, |w| w.state_mut().view_mut().frames.side = SideTab::Settings),
+        ("guide", true, |w| {
+            let id = PointId::Landmark("nose_tip".into());
+            w.state_mut().push(frontalis::gui::Command::Edit(frontalis::project::Edit::Clear(id.clone())));
+            w.run_steps(2);
+            let view = w.state_mut().view_mut();
+            view.frames.tool = Tool::Landmarks;
+            view.focus.selected = Some(id);
+        }),
+        ("loupe", true, |w| {
+            let v = frontalis::face::generic().region("brows")[5];
+            let mark = w.state().project().features[&v].last.unwrap();
+            let at = crate::stage::on_screen(w, frontalis::project::Which::Last, mark.at_px);
+            w.hover_at(at);
+            w.step();
+            w.drag_at(at);
+            w.step();
+            w.hover_at(at + egui::vec2(6.0, -4.0));
+            w.step();
+        }),
+    ];
+    for (name, dark, prepare) in scenes {
+        let mut window = open(frontalis::project::sample::project().unwrap(), [1280.0, 800.0], dark, Person::default());
+        window.remove_cursor();
+        prepare(&mut window);
+        settle(&mut window);
+        window.render().unwrap().save(folder.join(format!("{name}.png"))).unwrap();
     }
 }

@@ -84,21 +84,30 @@ fn primary(ui: &mut egui::Ui, label: &str) -> egui::Response {
     ui.add(egui::Button::new(RichText::new(label).color(p.on_accent)).fill(p.accent))
 }
 
+/// Fields for paths, where the system has no file dialog of its own: `typed` holds a path a line.
 fn path(ui: &mut egui::Ui, purpose: &Purpose, typed: &mut String, commands: &mut Vec<Command>) -> bool {
     ui.label("This system offers no file dialog. Type the path, or drop the file on the window.");
-    let lines = if *purpose == Purpose::Frames { 2 } else { 1 };
-    let edit =
-        egui::TextEdit::multiline(typed).desired_rows(lines).desired_width(f32::INFINITY).hint_text("/path/to/file");
-    let response = ui.add(edit);
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, true, "Path"));
-    if *purpose == Purpose::Frames {
-        ui.label(RichText::new("Two lines: the first frame, then the last.").weak());
+    ui.add_space(4.0);
+    let names: &[&str] = if *purpose == Purpose::Frames { &["First frame", "Last frame"] } else { &["Path"] };
+    let mut lines: Vec<String> = typed.split('\n').map(str::to_owned).collect();
+    lines.resize(names.len(), String::new());
+    let mut enter = false;
+    for (i, (name, line)) in names.iter().zip(&mut lines).enumerate() {
+        let label = ui.label(RichText::new(*name).weak());
+        let edit = egui::TextEdit::singleline(line).desired_width(f32::INFINITY).hint_text("/path/to/file");
+        let response = ui.add(edit).labelled_by(label.id);
+        if i == 0 && ui.memory(|m| m.focused().is_none()) && line.is_empty() {
+            response.request_focus();
+        }
+        enter |= response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter)) && i + 1 == names.len();
     }
+    *typed = lines.join("\n");
     ui.add_space(8.0);
+    let files: Vec<PathBuf> = lines.iter().map(|l| l.trim()).filter(|l| !l.is_empty()).map(PathBuf::from).collect();
     let mut close = false;
     ui.horizontal(|ui| {
-        let files: Vec<PathBuf> = typed.lines().map(str::trim).filter(|l| !l.is_empty()).map(PathBuf::from).collect();
-        if ui.add_enabled(!files.is_empty(), egui::Button::new("Go on")).clicked() {
+        let go_on = ui.add_enabled(files.len() == names.len(), egui::Button::new("Go on")).clicked();
+        if (go_on || enter) && files.len() == names.len() {
             commands.push(Command::FilesChosen(purpose.clone(), files));
             close = true;
         }

@@ -68,7 +68,12 @@ fn under_pointer(ui: &egui::Ui, scene: Scene<'_>, view: &ViewState) -> Option<St
     }
     let pointer = ui.input(|i| i.pointer.hover_pos())?;
     for which in [Which::First, Which::Last] {
+        let frames = &scene.project.frames;
+        let named = if which == Which::First { &frames.first } else { &frames.last };
         let pane = &view.frames.panes[which as usize];
+        if named.is_none() {
+            continue;
+        }
         if view.workspace == Workspace::Frames && pane.rect.contains(pointer) {
             let [x, y] = pane.view.at(pane.rect).image_from_ui(pointer);
             parts.push(format!("{} {x:.1}, {y:.1} px   {:.0} %", which.word(), pane.view.zoom * 100.0));

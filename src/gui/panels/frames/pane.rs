@@ -179,7 +179,8 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
     pane.picture.tiles().paint(painter, |p| t.ui_from_image(p));
     let outcome = pane.scene.outcome;
     let vertices = if pane.which == Which::First { &outcome.first_in_image } else { &outcome.last_in_image };
-    if view.show_marks {
+    // Without landmarks the wireframe lies anywhere but on the face.
+    if view.show_marks && pane.scene.project.landmarks.len() >= points::LANDMARKS_TO_PREDICT {
         wireframe::paint(painter, pane.scene.face, vertices, only, &view.wireframe, |p| t.ui_from_image(p));
     }
     if pane.which == Which::First {
@@ -207,7 +208,10 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
     if let Some(point) = selected {
         let at = t.ui_from_image(point.at);
         marks::paint(painter, at, radius, point.look, point.kind, marks::Lit::Selected);
-        marks::name(painter, at, &point.label);
+        // While points are placed the guide names them, and a name here would hide what is looked for.
+        if view.tool == Tool::Select || view.show_names {
+            marks::name(painter, at, &point.label);
+        }
     }
     let lit = focus.hovered().filter(|v| !pane.points.iter().any(|p| p.vertex == *v));
     if let Some(v) = lit {

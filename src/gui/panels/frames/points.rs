@@ -136,11 +136,12 @@ pub fn in_frame(scene: Scene<'_>, which: Which, chosen: &[u32], unmarked_landmar
     let mut points = Vec::with_capacity(chosen.len() + 32);
     let mut taken = BTreeSet::new();
     // While landmarks are placed, and before they say where the face is, places of other points only confuse.
-    let predicts = !unmarked_landmarks && project.landmarks.len() >= LANDMARKS_TO_PREDICT;
+    let placed = project.landmarks.len() >= LANDMARKS_TO_PREDICT;
+    let predicts = !unmarked_landmarks && placed;
     if which == Which::First {
         for l in scene.face.landmarks() {
             let mark = project.landmarks.get(&l.id);
-            if mark.is_none() && !unmarked_landmarks {
+            if mark.is_none() && !(unmarked_landmarks && placed) {
                 continue;
             }
             taken.insert(l.vertex);
