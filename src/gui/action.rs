@@ -571,7 +571,8 @@ pub const TABLE: &[Spec] = &[
 /// Keys that are held, not pressed, and what the pointer does; shown on the key sheet beside the table.
 pub const HELD: &[(&str, &str)] = &[
     ("Wheel", "Zoom at the pointer"),
-    ("Middle drag, or Space + drag", "Pan"),
+    ("Middle drag", "Pan"),
+    ("Space + drag", "Pan with the left button"),
     ("Drag a point", "Move it; the loupe shows where"),
     ("Shift while dragging", "Move at a fifth of the speed"),
     ("Esc", "Give up the drag; everything is as before"),

@@ -57,12 +57,11 @@ pub enum WindowError {
 /// # Errors
 /// When the project cannot be opened, or there is no display or no way to draw on it.
 pub fn start(path: Option<PathBuf>) -> Result<(), WindowError> {
-    let (project, face) = match &path {
-        Some(path) => files::read_project(path).map_err(WindowError::Project)?,
-        None => {
-            let sample = crate::project::sample::project().map_err(|e| WindowError::Project(e.to_string()))?;
-            (sample, crate::face::generic())
-        }
+    let (project, face) = if let Some(path) = &path {
+        files::read_project(path).map_err(WindowError::Project)?
+    } else {
+        let sample = crate::project::sample::project().map_err(|e| WindowError::Project(e.to_string()))?;
+        (sample, crate::face::generic())
     };
     run(project, path, face)
 }

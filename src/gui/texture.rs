@@ -22,7 +22,7 @@ const OPTIONS: TextureOptions = TextureOptions {
 pub struct Tiles {
     name: String,
     size: [u32; 2],
-    tiles: Vec<Tile>,
+    parts: Vec<Tile>,
     /// The pixels still to upload, and the next tile.
     pending: Option<(Arc<RgbImage>, usize)>,
 }
@@ -31,8 +31,8 @@ pub struct Tiles {
 struct Tile {
     from: [u32; 2],
     to: [u32; 2],
-    texture_from: [u32; 2],
-    texture_to: [u32; 2],
+    padded_from: [u32; 2],
+    padded_to: [u32; 2],
     handle: Option<TextureHandle>,
 }
 
@@ -52,7 +52,7 @@ impl Tiles {
         let size = [pixels.width(), pixels.height()];
         if size != self.size {
             self.size = size;
-            self.tiles = cut(size);
+            self.parts = cut(size);
         }
         self.pending = Some((pixels, 0));
     }
@@ -60,13 +60,13 @@ impl Tiles {
     /// Uploads the next tile, if one waits; true while more are to come.
     pub fn upload_next(&mut self, ctx: &egui::Context) -> bool {
         let Some((pixels, next)) = self.pending.take() else { return false };
-        let Some(tile) = self.tiles.get_mut(next) else { return false };
-        let part = part(&pixels, tile.texture_from, tile.texture_to);
+        let Some(tile) = self.parts.get_mut(next) else { return false };
+        let part = part(&pixels, tile.padded_from, tile.padded_to);
         match &mut tile.handle {
             Some(texture) => texture.set(part, OPTIONS),
             None => tile.handle = Some(ctx.load_texture(format!("{} {next}", self.name), part, OPTIONS)),
         }
-        if next + 1 < self.tiles.len() {
+        if next + 1 < self.parts.len() {
             self.pending = Some((pixels, next + 1));
         }
         self.pending.is_some()
@@ -74,7 +74,7 @@ impl Tiles {
 
     /// Draws the picture with `ui_from_image` giving the place of a pixel on the screen.
     pub fn paint(&self, painter: &egui::Painter, ui_from_image: impl Fn([f64; 2]) -> Pos2) {
-        for tile in &self.tiles {
+        for tile in &self.parts {
             let Some(texture) = &tile.handle else { continue };
             let corner = |p: [u32; 2]| ui_from_image([f64::from(p[0]), f64::from(p[1])]);
             let rect = Rect::from_min_max(corner(tile.from), corner(tile.to));
@@ -82,9 +82,8 @@ impl Tiles {
                 continue;
             }
             let share = |p: [u32; 2]| {
-                let along = |i: usize| {
-                    (p[i] - tile.texture_from[i]) as f32 / (tile.texture_to[i] - tile.texture_from[i]) as f32
-                };
+                let along =
+                    |i: usize| (p[i] - tile.padded_from[i]) as f32 / (tile.padded_to[i] - tile.padded_from[i]) as f32;
                 Pos2::new(along(0), along(1))
             };
             let mut mesh = Mesh::with_texture(texture.id());
@@ -103,8 +102,8 @@ fn cut(size: [u32; 2]) -> Vec<Tile> {
             tiles.push(Tile {
                 from,
                 to,
-                texture_from: [x.saturating_sub(1), y.saturating_sub(1)],
-                texture_to: [(to[0] + 1).min(size[0]), (to[1] + 1).min(size[1])],
+                padded_from: [x.saturating_sub(1), y.saturating_sub(1)],
+                padded_to: [(to[0] + 1).min(size[0]), (to[1] + 1).min(size[1])],
                 handle: None,
             });
         }
@@ -132,7 +131,7 @@ mod tests {
         let tiles = cut([5000, 2049]);
         let area: u64 = tiles.iter().map(|t| u64::from(t.to[0] - t.from[0]) * u64::from(t.to[1] - t.from[1])).sum();
         assert_eq!((tiles.len(), area), (6, 5000 * 2049));
-        assert_eq!((tiles[1].texture_from, tiles[1].texture_to), ([2047, 0], [4097, 2049]));
+        assert_eq!((tiles[1].padded_from, tiles[1].padded_to), ([2047, 0], [4097, 2049]));
     }
 
     #[test]

@@ -99,16 +99,14 @@ fn every_panel_looks_as_it_did() {
 #[test]
 #[ignore = "writes docs/images; run it when the window has changed"]
 fn docs_images() {
+    type Scene = (&'static str, bool, fn(&mut Window));
     assert!(can_draw(), "the pictures of the documents need a graphics driver");
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
     std::fs::create_dir_all(&folder).unwrap();
-    type Scene = (&'static str, bool, fn(&mut Window));
-    let scenes: [Scene; 6] = [
-        ("frames", true, |_| {}),
-        ("frames-light", false, |_| {}),
-        ("forces", true, |w| w.state_mut().view_mut().workspace = frontalis::gui::Workspace::Forces),
-        ("settings", true, |w| w.state_mut().view_mut().frames.side = SideTab::Settings),
-        ("guide", true, |w| {
+    let scenes: [Scene; 4] = [
+        ("frames-dark", true, |_| {}),
+        ("forces-light", false, |w| w.state_mut().view_mut().workspace = frontalis::gui::Workspace::Forces),
+        ("guide-light", false, |w| {
             let id = PointId::Landmark("nose_tip".into());
             w.state_mut().push(frontalis::gui::Command::Edit(frontalis::project::Edit::Clear(id.clone())));
             w.run_steps(2);
@@ -116,7 +114,7 @@ fn docs_images() {
             view.frames.tool = Tool::Landmarks;
             view.focus.selected = Some(id);
         }),
-        ("loupe", true, |w| {
+        ("loupe-dark", true, |w| {
             let v = frontalis::face::generic().region("brows")[5];
             let mark = w.state().project().features[&v].last.unwrap();
             let at = crate::stage::on_screen(w, frontalis::project::Which::Last, mark.at_px);
@@ -129,10 +127,16 @@ fn docs_images() {
         }),
     ];
     for (name, dark, prepare) in scenes {
-        let mut window = open(frontalis::project::sample::project().unwrap(), [1280.0, 800.0], dark, Person::default());
+        // The test's own margin of 8 points around the window is cut off.
+        let size = [1296.0, 816.0];
+        let mut window = open(frontalis::project::sample::project().unwrap(), size, dark, Person::default());
         window.remove_cursor();
         prepare(&mut window);
         settle(&mut window);
-        window.render().unwrap().save(folder.join(format!("{name}.png"))).unwrap();
+        let picture = image::imageops::crop_imm(&window.render().unwrap(), 8, 8, 1280, 800).to_image();
+        let file = std::fs::File::create(folder.join(format!("{name}.png"))).unwrap();
+        let (best, filter) = (image::codecs::png::CompressionType::Best, image::codecs::png::FilterType::Adaptive);
+        let encoder = image::codecs::png::PngEncoder::new_with_quality(file, best, filter);
+        image::DynamicImage::ImageRgba8(picture).into_rgb8().write_with_encoder(encoder).unwrap();
     }
 }

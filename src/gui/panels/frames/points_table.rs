@@ -9,8 +9,10 @@ use crate::gui::{Command, Focus, Scene, theme};
 use crate::project::{PointId, edit};
 
 /// How the table is sorted and what it lists.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct TableView {
+    /// The point that the table has shown as selected.
+    followed: Option<PointId>,
     list: List,
     column: usize,
     descending: bool,
@@ -64,7 +66,7 @@ pub fn show(
     commands: &mut Vec<Command>,
 ) {
     let mut rows = rows(scene, chosen, view.list);
-    sort(&mut rows, *view);
+    sort(&mut rows, view);
     let counts = rows.len();
     ui.add_space(2.0);
     ui.horizontal(|ui| {
@@ -81,7 +83,15 @@ pub fn show(
     let cells = columns(ui.available_width() - 10.0);
     header(ui, scene, view, &cells);
     ui.spacing_mut().item_spacing.y = 0.0;
-    egui::ScrollArea::vertical().auto_shrink(false).show_rows(ui, ROW, rows.len(), |ui, shown| {
+    let mut area = egui::ScrollArea::vertical().auto_shrink(false);
+    // A point selected elsewhere is brought to sight, once; then the table is the person's own to scroll.
+    if view.followed != focus.selected {
+        view.followed.clone_from(&focus.selected);
+        if let Some(at) = rows.iter().position(|r| is_selected(r, focus)) {
+            area = area.vertical_scroll_offset((at as f32 * ROW - ui.available_height() / 2.0).max(0.0));
+        }
+    }
+    area.show_rows(ui, ROW, rows.len(), |ui, shown| {
         for row in rows.get(shown).unwrap_or_default() {
             show_row(ui, row, &cells, focus, commands);
         }
@@ -154,12 +164,17 @@ fn cell_anchor(column: usize, cell: Rect) -> (Align2, egui::Pos2) {
     }
 }
 
+/// A feature point is one row, whichever frame it is selected in.
+fn is_selected(row: &Row, focus: &Focus) -> bool {
+    let same_vertex = focus.selected_vertex() == Some(row.vertex) && row.kind != Kind::Landmark;
+    focus.selected.as_ref() == Some(&row.id) || same_vertex
+}
+
 fn show_row(ui: &mut egui::Ui, row: &Row, cells: &[(usize, f32, f32)], focus: &mut Focus, commands: &mut Vec<Command>) {
     let (rect, response) = ui.allocate_exact_size(Vec2::new(ui.available_width(), ROW), Sense::click());
     let spoken = format!("Row {}, {}", row.name, row.look.word());
     response.widget_info(|| egui::WidgetInfo::selected(egui::Role::ListBoxOption, true, false, &spoken));
-    let selected = focus.selected.as_ref() == Some(&row.id)
-        || focus.selected_vertex() == Some(row.vertex) && row.kind != Kind::Landmark;
+    let selected = is_selected(row, focus);
     let visuals = ui.visuals();
     if selected {
         ui.painter().rect_filled(rect, 3.0, visuals.selection.bg_fill);
@@ -255,7 +270,7 @@ fn feature_row(scene: Scene<'_>, v: u32, kind: Kind) -> Row {
     }
 }
 
-fn sort(rows: &mut [Row], view: TableView) {
+fn sort(rows: &mut [Row], view: &TableView) {
     match view.column {
         // The order of marking, or that order turned round.
         0 => {}

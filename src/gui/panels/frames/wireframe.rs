@@ -59,7 +59,8 @@ pub fn paint(
             continue;
         }
         let [a, b] = edge.map(|v| places[v as usize]);
-        if !(a.is_finite() && b.is_finite()) || !seen.intersects(egui::Rect::from_two_pos(a, b)) {
+        let drawn = a.is_finite() && b.is_finite() && seen.intersects(egui::Rect::from_two_pos(a, b));
+        if !drawn {
             continue;
         }
         let is_feature = triangles.contains(&mesh::NONE) || edge.iter().all(|&v| on_midline(face, v));
