@@ -1,5 +1,7 @@
 //! Holds the house: a room uses only lower floors, `cli` and `gui` never meet, and only `gui` names egui.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may stop at what it did not expect")]
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,7 @@
 //! Every equation of the thesis that the code carries stands in `docs/equations.md`, and the other way round.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may stop at what it did not expect")]
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;

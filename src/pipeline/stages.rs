@@ -10,7 +10,7 @@ use crate::customize::{self, Customized, LandmarkTarget};
 use crate::displacement::depth::{self, Placed};
 use crate::displacement::fill_in::{self, Weights};
 use crate::displacement::{DepthRule, UnmarkedRule, VertexState};
-use crate::face::mesh::doubled_area_vector;
+use crate::face::mesh::{NONE, doubled_area_vector};
 use crate::face::{FaceModel, Mesh};
 use crate::forces::{Influence, MarkInfluence};
 use crate::project::{Project, Role};
@@ -125,7 +125,9 @@ pub(super) fn pinned_in_first_frame(
         let Some(mark) = feature.first.filter(|m| m.state.is_data()) else { continue };
         if (v as usize) < mesh.len() {
             let ray = camera.ray(&mark.at_px.into());
-            if let Some(placed) = depth::slide_on_surface(&ray, &camera.ray_slope(), mesh, customized, v) {
+            let start = mesh.triangles_of_vertex(v as usize).first();
+            let slide = |t: &u32| depth::slide_on_surface(&ray, &camera.ray_slope(), mesh, customized, *t);
+            if let Some(placed) = start.and_then(slide) {
                 first[v as usize] = placed.position;
             }
         }
@@ -181,16 +183,25 @@ pub(super) fn place(
     rule: DepthRule,
 ) -> Vec<Measured> {
     let slope = motion.rotation.inverse().to_rotation_matrix().matrix() * camera.ray_slope();
-    let at = |m: &Marked| {
+    // The triangle in which each vertex was found: the walk for a neighbour starts there.
+    let mut found = vec![NONE; if rule == DepthRule::SlideOnSurface { mesh.len() } else { 0 }];
+    let mut at = |m: &Marked| {
+        let v = m.vertex as usize;
         let ray = motion.first_from_last_ray(&camera.ray(&m.at_in_image));
         let placed = match rule {
-            DepthRule::FixedDepth => depth::fixed_depth(&ray, &slope, first[m.vertex as usize].z),
-            DepthRule::SlideOnSurface => depth::slide_on_surface(&ray, &slope, mesh, first, m.vertex),
+            DepthRule::FixedDepth => depth::fixed_depth(&ray, &slope, first[v].z),
+            DepthRule::SlideOnSurface => {
+                let near = mesh.neighbours(v).iter().map(|&j| found[j as usize]).find(|&t| t != NONE);
+                let start = near.or_else(|| mesh.triangles_of_vertex(v).first().copied())?;
+                let placed = depth::slide_on_surface(&ray, &slope, mesh, first, start)?;
+                found[v] = placed.triangle;
+                Some(placed)
+            }
         }?;
         let finite = placed.position.coords.iter().all(|c| c.is_finite());
         finite.then_some(Measured { vertex: m.vertex, placed, sigma_px: m.sigma_px })
     };
-    marked.iter().filter_map(at).collect()
+    marked.iter().filter_map(&mut at).collect()
 }
 
 pub(super) fn known_from_marks(project: &Project, vertices: usize, measured: &[Measured]) -> Vec<VertexState> {

@@ -181,8 +181,8 @@ fn the_standard_error_is_the_spread_of_repeated_marking() {
             m.at_px = [m.at_px[0] + 0.05 * noise.normal(), m.at_px[1] + 0.05 * noise.normal()];
         }
         let o = solve(&q, &face, SIZE, &mut workspace);
-        for v in 0..N * N {
-            squares[v] += (o.field.force[v] - stated.field.force[v]).norm_squared();
+        for (sum, (drawn, meant)) in squares.iter_mut().zip(o.field.force.iter().zip(&stated.field.force)) {
+            *sum += (drawn - meant).norm_squared();
         }
     }
     let mut ratios = Vec::new();
