@@ -11,7 +11,7 @@ use frontalis::camera::{Camera, HeadMotion};
 use frontalis::displacement::VertexState;
 use frontalis::face::{FaceModel, Landmark, Mesh, Muscle, Side};
 use frontalis::gui::height_map::{
-    ColourRange, Direction, ErrorDisplay, Exaggeration, Layer, Quantity, RangeMode, Relief, quantity, range,
+    ColourRange, Direction, ErrorDisplay, Exaggeration, Layer, Quantity, RangeMode, Relief, range,
 };
 use frontalis::gui::orbit_view::{OrbitView, StandardView};
 use frontalis::gui::panels::forces::{self, ForcesView, Tab, vertex_name};

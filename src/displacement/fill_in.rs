@@ -16,7 +16,13 @@ pub struct Weights {
     pub rows: Vec<Vec<(u32, f64)>>,
 }
 
-/// Whether each vertex is surrounded by marked ones: seen from it in the picture, those within `reach_mm` leave no gap of half a turn.
+/// The widest gap that marks around a vertex may leave, rad, a little over a third of a turn: three marks can surround it, two cannot.
+///
+/// With half a turn, skin of the upper lid counts as lying between the brow and the eye's corner, and false forces follow.
+const WIDEST_GAP_RAD: f64 = 1.1 * std::f64::consts::TAU / 3.0;
+
+/// Whether each vertex is surrounded by marked ones: seen from it in the picture, those within `reach_mm` leave no gap wider than
+/// [`WIDEST_GAP_RAD`].
 ///
 /// `at` are positions in the plane of the picture, mm. Vertices of `source` themselves are not asked.
 pub fn surrounded(at: &[Point2<f64>], source: &[bool], reach_mm: f64) -> Vec<bool> {
@@ -42,7 +48,7 @@ pub fn surrounded(at: &[Point2<f64>], source: &[bool], reach_mm: f64) -> Vec<boo
             let Some((&first, &last)) = angles.first().zip(angles.last()) else { return false };
             let around = first + std::f64::consts::TAU - last;
             let widest = angles.windows(2).map(|w| w[1] - w[0]).fold(around, f64::max);
-            widest < std::f64::consts::PI
+            widest < WIDEST_GAP_RAD
         })
         .collect()
 }
@@ -265,7 +271,7 @@ mod tests {
 
     #[test]
     fn one_between_two_is_not_surrounded_but_one_between_three_is() {
-        let at = [[0.0, 0.0], [1.0, 0.0], [-1.0, 0.001], [0.0, -1.0]].map(Point2::from);
+        let at = [[0.0, 0.0], [1.0, 0.6], [-1.0, 0.6], [0.0, -1.0]].map(Point2::from);
         assert!(!surrounded(&at, &[false, true, true, false], 2.0)[0]);
         assert!(surrounded(&at, &[false, true, true, true], 2.0)[0]);
         assert!(!surrounded(&at, &[false, true, true, true], 0.5)[0], "marks out of reach do not count");

@@ -41,9 +41,10 @@ pub enum UnmarkedRule {
 }
 
 impl Default for UnmarkedRule {
-    /// 30 mm: three to four edges of the generic face, so that marks on every other vertex surround the one between.
+    /// 15 mm: under two edges of the generic face, so that marks on every other vertex surround the one between, and skin
+    /// across a fold (the lid between brow and eye) is not taken for skin between marks.
     fn default() -> Self {
-        Self::Inferred { reach_mm: 30.0 }
+        Self::Inferred { reach_mm: 15.0 }
     }
 }
 
