@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::app::{App, OpenDocument};
 use super::command::After;
 use super::dialogs::Purpose;
-use super::jobs::Finished;
+use super::jobs::{About, Finished};
 use super::modal::Modal;
 use super::pictures::{self, Pictures};
 use super::view_state::NoticeKind;
@@ -152,7 +152,7 @@ impl App {
     }
 
     fn open_folder(&mut self, folder: PathBuf, ctx: &egui::Context) {
-        self.jobs.start(ctx, format!("Listing {}", pictures::file_name(&folder)), move |_| {
+        self.jobs.start(ctx, format!("Listing {}", pictures::file_name(&folder)), About::Person, move |_| {
             Some(Finished::Folder(FrameSequence::open(&folder).map_err(|e| e.to_string())))
         });
     }
@@ -246,7 +246,7 @@ impl App {
         let (face, outcome) = (Arc::clone(&self.face), self.outcome.clone());
         let named = self.document.path.as_ref().map_or_else(|| "PROJECT".into(), |p| p.display().to_string());
         let command = format!("frontalis solve '{named}' --out '{}'", folder.display());
-        self.jobs.start(ctx, "Writing the results", move |progress| {
+        self.jobs.start(ctx, "Writing the results", About::Person, move |progress| {
             let written = export_results::write(&folder, &project, &face, &outcome, command, progress);
             (!progress.is_cancelled()).then(|| Finished::Exported(written.map(|()| folder)))
         });

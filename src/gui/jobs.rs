@@ -6,8 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 
-use image::RgbImage;
-
+use super::pictures::{Adjusted, Source};
 use crate::frames::{Adjustment, Frame, FrameSequence};
 use crate::project::Which;
 
@@ -18,8 +17,8 @@ pub enum Finished {
     Frame {
         /// For which frame.
         which: Which,
-        /// Its file.
-        path: PathBuf,
+        /// Where it was read from.
+        source: Source,
         /// Whether a person chose it now (an edit), or the project names it already.
         chosen: bool,
         /// The picture.
@@ -33,8 +32,8 @@ pub enum Finished {
         sha256: String,
         /// How.
         adjustment: Adjustment,
-        /// The pixels to show.
-        pixels: RgbImage,
+        /// The pixels, or why there are none: one line.
+        result: Result<Adjusted, String>,
     },
     /// A folder of frames was listed, or not.
     Folder(Result<FrameSequence, String>),
@@ -68,12 +67,23 @@ impl Progress {
     }
 }
 
+/// What waits for a work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum About {
+    /// The picture of a frame.
+    Picture(Which),
+    /// The person.
+    Person,
+}
+
 /// A work under way.
 pub struct Job {
     /// Its number.
     pub id: u64,
     /// What it does: "Reading first.png".
     pub name: String,
+    /// What waits for it.
+    pub about: About,
     /// How far it is.
     pub progress: Arc<Progress>,
     thread: Option<JoinHandle<()>>,
@@ -83,6 +93,8 @@ pub struct Job {
 pub struct Jobs {
     next: u64,
     running: Vec<Job>,
+    /// Numbers of the works that were stopped: one may have ended at that very moment.
+    dropped: Vec<u64>,
     sender: Sender<(u64, Finished)>,
     receiver: Receiver<(u64, Finished)>,
 }
@@ -90,7 +102,7 @@ pub struct Jobs {
 impl Default for Jobs {
     fn default() -> Self {
         let (sender, receiver) = channel();
-        Self { next: 0, running: Vec::new(), sender, receiver }
+        Self { next: 0, running: Vec::new(), dropped: Vec::new(), sender, receiver }
     }
 }
 
@@ -100,6 +112,7 @@ impl Jobs {
         &mut self,
         ctx: &egui::Context,
         name: impl Into<String>,
+        about: About,
         work: impl FnOnce(&Progress) -> Option<Finished> + Send + 'static,
     ) {
         let (id, name) = (self.next, name.into());
@@ -114,7 +127,7 @@ impl Jobs {
             ctx.request_repaint();
         });
         match thread {
-            Ok(thread) => self.running.push(Job { id, name, progress, thread: Some(thread) }),
+            Ok(thread) => self.running.push(Job { id, name, about, progress, thread: Some(thread) }),
             Err(e) => _ = self.sender.send((id, Finished::Died(format!("{name}: no thread could be started ({e})")))),
         }
     }
@@ -124,11 +137,13 @@ impl Jobs {
         &self.running
     }
 
-    /// Asks a work to stop; what it brings back later is dropped.
-    pub fn cancel(&mut self, id: u64) {
-        if let Some(at) = self.running.iter().position(|j| j.id == id) {
-            self.running.remove(at).progress.cancelled.store(true, Ordering::Relaxed);
-        }
+    /// Asks a work to stop, and tells what waits for it; what it brings back later is dropped.
+    pub fn cancel(&mut self, id: u64) -> Option<About> {
+        let at = self.running.iter().position(|j| j.id == id)?;
+        let job = self.running.remove(at);
+        job.progress.cancelled.store(true, Ordering::Relaxed);
+        self.dropped.push(id);
+        Some(job.about)
     }
 
     /// What has been brought back since the last call.
@@ -140,7 +155,9 @@ impl Jobs {
             }
         }
         // Threads first, channel second: the answer of a thread that has ended is then certainly in the channel.
-        let mut answers: Vec<(u64, Finished)> = self.receiver.try_iter().collect();
+        let dropped = &self.dropped;
+        let mut answers: Vec<(u64, Finished)> =
+            self.receiver.try_iter().filter(|(id, _)| !dropped.contains(id)).collect();
         for at in ended.into_iter().rev() {
             let mut job = self.running.remove(at);
             let failed = job.thread.take().is_some_and(|t| t.join().is_err());
@@ -169,19 +186,19 @@ mod tests {
     #[test]
     fn a_job_that_panics_is_a_sentence_and_a_cancelled_one_is_silent() {
         let (ctx, mut jobs) = (egui::Context::default(), Jobs::default());
-        jobs.start(&ctx, "Breaking", |_| panic!("on purpose"));
+        jobs.start(&ctx, "Breaking", About::Person, |_| panic!("on purpose"));
         jobs.wait();
         let answers = jobs.poll();
         assert!(matches!(&answers[..], [Finished::Died(text)] if text.starts_with("Breaking stopped")), "{answers:?}");
         assert!(jobs.running().is_empty());
 
         let (open, gate) = channel::<()>();
-        jobs.start(&ctx, "Waiting", move |p| {
+        jobs.start(&ctx, "Waiting", About::Picture(Which::Last), move |p| {
             gate.recv().ok();
             (!p.is_cancelled()).then(|| Finished::Died("not cancelled".into()))
         });
         let id = jobs.running()[0].id;
-        jobs.cancel(id);
+        assert_eq!(jobs.cancel(id), Some(About::Picture(Which::Last)));
         open.send(()).unwrap();
         assert!(jobs.running().is_empty() && jobs.poll().is_empty());
     }

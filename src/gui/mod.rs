@@ -2,6 +2,7 @@
 
 pub mod action;
 pub mod action_state;
+pub mod action_table;
 pub mod app;
 pub mod command;
 pub mod dialogs;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use image::RgbImage;
 
-use super::jobs::{Finished, Jobs};
+use super::jobs::{About, Finished, Jobs};
 use super::texture::Tiles;
 use crate::frames::{Adjustment, Frame};
 use crate::project::{FrameRef, Project, Which, sample};
@@ -15,7 +15,7 @@ pub struct Pictures {
     pictures: [Picture; 2],
 }
 
-/// The picture of one frame.
+/// The picture of one frame. Its pixels live on the graphics card; here only while they are adjusted.
 pub struct Picture {
     /// What the project names.
     wanted: Option<FrameRef>,
@@ -26,8 +26,51 @@ pub struct Picture {
 enum State {
     Empty,
     Reading,
-    Ready { sha256: String, pixels: Arc<RgbImage>, shown: Adjustment, adjusting: bool },
+    Ready(Ready),
     Failed(String),
+}
+
+struct Ready {
+    sha256: String,
+    source: Source,
+    /// The pixels as they are in the file, while the picture is shown otherwise.
+    pixels: Option<Arc<RgbImage>>,
+    shown: Adjustment,
+    adjusting: bool,
+}
+
+/// Where the bytes of a picture are.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// In a file.
+    File(PathBuf),
+    /// In the program: a frame of the sample, under that name.
+    Sample(PathBuf, &'static [u8]),
+}
+
+impl Source {
+    /// Where the frame of a project is, when its path leads there.
+    fn of(frame: &FrameRef, path: PathBuf) -> Self {
+        match sample::frame_bytes(frame) {
+            Some(bytes) => Self::Sample(path, bytes),
+            None => Self::File(path),
+        }
+    }
+
+    /// Its path, which serves messages alone for a frame of the sample.
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::File(path) | Self::Sample(path, _) => path,
+        }
+    }
+
+    fn read(&self) -> Result<Frame, String> {
+        let frame = match self {
+            Self::File(path) => Frame::read(path),
+            Self::Sample(path, bytes) => Frame::decode(path, bytes),
+        };
+        frame.map_err(|e| e.to_string())
+    }
 }
 
 /// What a pane can say of its picture.
@@ -82,25 +125,39 @@ impl Pictures {
     }
 
     /// Takes what a job has brought back for the picture that is wanted; another one is dropped.
-    pub fn frame_read(&mut self, which: Which, result: Result<Frame, String>) {
-        self.pictures[which as usize].take(result);
+    pub fn frame_read(&mut self, which: Which, source: Source, result: Result<Frame, String>) {
+        self.pictures[which as usize].take(source, result);
     }
 
-    /// Takes an adjusted picture.
-    pub fn adjusted(&mut self, which: Which, of: &str, adjustment: Adjustment, new: RgbImage) {
+    /// Takes an adjusted picture, with the pixels that it was made from.
+    pub fn adjusted(&mut self, which: Which, of: &str, adjustment: Adjustment, result: Result<Adjusted, String>) {
         let picture = &mut self.pictures[which as usize];
-        if let State::Ready { sha256, shown, adjusting, .. } = &mut picture.state
-            && sha256 == of
-        {
-            (*shown, *adjusting) = (adjustment, false);
-            picture.tiles.set(Arc::new(new));
+        let State::Ready(ready) = &mut picture.state else { return };
+        if ready.sha256 != of {
+            return;
+        }
+        ready.adjusting = false;
+        match result {
+            Ok(Adjusted { original, shown }) => {
+                (ready.shown, ready.pixels) = (adjustment, Some(original));
+                picture.tiles.set(Arc::new(shown));
+            }
+            Err(why) => picture.state = State::Failed(why),
         }
     }
 
-    /// Tries again to read a picture that could not be read.
-    pub fn forget(&mut self, which: Which) {
-        self.pictures[which as usize].wanted = None;
-        self.pictures[which as usize].state = State::Empty;
+    /// Gives up what the person has stopped; returns how the picture is shown now.
+    pub fn stopped(&mut self, which: Which) -> Adjustment {
+        let state = &mut self.pictures[which as usize].state;
+        match state {
+            State::Ready(ready) => {
+                ready.adjusting = false;
+                return ready.shown;
+            }
+            State::Reading => *state = State::Failed("The reading was stopped.".to_owned()),
+            State::Empty | State::Failed(_) => {}
+        }
+        Adjustment::default()
     }
 }
 
@@ -110,8 +167,8 @@ impl Picture {
         match &self.state {
             State::Empty => PictureStatus::Empty,
             State::Reading => PictureStatus::Reading,
-            State::Ready { sha256, .. } => {
-                PictureStatus::Ready { changed: self.wanted.as_ref().is_some_and(|w| &w.sha256 != sha256) }
+            State::Ready(ready) => {
+                PictureStatus::Ready { changed: self.wanted.as_ref().is_some_and(|w| w.sha256 != ready.sha256) }
             }
             State::Failed(why) => PictureStatus::Failed(why),
         }
@@ -125,18 +182,17 @@ impl Picture {
     /// Its size, px; that of the project's frame while it is being read.
     pub fn size(&self) -> Option<[u32; 2]> {
         match &self.state {
-            State::Ready { .. } => Some(self.tiles.size()),
+            State::Ready(_) => Some(self.tiles.size()),
             _ => self.wanted.as_ref().map(|w| [w.width_px, w.height_px]),
         }
     }
 
-    fn take(&mut self, result: Result<Frame, String>) {
+    fn take(&mut self, source: Source, result: Result<Frame, String>) {
         self.state = match result {
             Ok(frame) => {
                 let sha256 = frame.sha256().to_owned();
-                let pixels = Arc::new(frame.into_image());
-                self.tiles.set(Arc::clone(&pixels));
-                State::Ready { sha256, pixels, shown: Adjustment::default(), adjusting: false }
+                self.tiles.set(Arc::new(frame.into_image()));
+                State::Ready(Ready { sha256, source, pixels: None, shown: Adjustment::default(), adjusting: false })
             }
             Err(why) => State::Failed(why),
         };
@@ -160,45 +216,64 @@ impl Picture {
             return;
         };
         // Only moved on disk, or just read because a person chose it.
-        if matches!(&self.state, State::Ready { sha256, .. } if sha256 == &named.sha256) {
+        if matches!(&self.state, State::Ready(ready) if ready.sha256 == named.sha256) {
             return;
         }
         self.state = State::Reading;
-        let path = resolve(named);
-        match sample::frame_bytes(named) {
-            Some(bytes) => jobs.start(ctx, format!("Reading the sample's {} frame", which.word()), move |_| {
-                let result = Frame::decode(&path, bytes).map_err(|e| e.to_string());
-                Some(Finished::Frame { which, path, chosen: false, result })
-            }),
-            None => read(which, path, false, ctx, jobs),
-        }
+        read(which, Source::of(named, resolve(named)), false, ctx, jobs);
     }
 
     fn adjust(&mut self, which: Which, wanted: Adjustment, ctx: &egui::Context, jobs: &mut Jobs) {
-        let State::Ready { sha256, pixels, shown, adjusting } = &mut self.state else { return };
-        if *adjusting || *shown == wanted {
+        let State::Ready(ready) = &mut self.state else { return };
+        if ready.adjusting || ready.shown == wanted {
             return;
         }
-        if wanted.is_identity() {
-            *shown = wanted;
-            self.tiles.set(Arc::clone(pixels));
+        if wanted.is_identity()
+            && let Some(pixels) = ready.pixels.take()
+        {
+            ready.shown = wanted;
+            self.tiles.set(pixels);
             return;
         }
-        *adjusting = true;
-        let (sha256, pixels) = (sha256.clone(), Arc::clone(pixels));
-        jobs.start(ctx, format!("Adjusting the {} frame", which.word()), move |_| {
-            let pixels = wanted.apply(&pixels);
-            Some(Finished::Adjusted { which, sha256, adjustment: wanted, pixels })
+        ready.adjusting = true;
+        let (sha256, source, kept) = (ready.sha256.clone(), ready.source.clone(), ready.pixels.clone());
+        jobs.start(ctx, format!("Adjusting the {} frame", which.word()), About::Picture(which), move |progress| {
+            let result = original(kept, &source, &sha256).map(|original| {
+                let shown = wanted.apply(&original);
+                Adjusted { original, shown }
+            });
+            (!progress.is_cancelled()).then_some(Finished::Adjusted { which, sha256, adjustment: wanted, result })
         });
     }
 }
 
-/// Begins to read a picture.
-pub fn read(which: Which, path: PathBuf, chosen: bool, ctx: &egui::Context, jobs: &mut Jobs) {
-    let name = format!("Reading {}", file_name(&path));
-    jobs.start(ctx, name, move |progress| {
-        let result = Frame::read(&path).map_err(|e| e.to_string());
-        (!progress.is_cancelled()).then_some(Finished::Frame { which, path, chosen, result })
+/// An adjusted picture.
+#[derive(Debug)]
+pub struct Adjusted {
+    /// As it is in its file.
+    pub original: Arc<RgbImage>,
+    /// As it is to be shown.
+    pub shown: RgbImage,
+}
+
+/// The pixels as they are in the file: those kept, or read again.
+fn original(kept: Option<Arc<RgbImage>>, source: &Source, sha256: &str) -> Result<Arc<RgbImage>, String> {
+    if let Some(pixels) = kept {
+        return Ok(pixels);
+    }
+    let frame = source.read()?;
+    if frame.sha256() != sha256 {
+        return Err(format!("{}: was replaced by another picture meanwhile; open it again", source.path().display()));
+    }
+    Ok(Arc::new(frame.into_image()))
+}
+
+/// Begins to read a picture; `chosen`: because a person named it now.
+pub fn read(which: Which, source: Source, chosen: bool, ctx: &egui::Context, jobs: &mut Jobs) {
+    let name = format!("Reading {}", file_name(source.path()));
+    jobs.start(ctx, name, About::Picture(which), move |progress| {
+        let result = source.read();
+        (!progress.is_cancelled()).then_some(Finished::Frame { which, source, chosen, result })
     });
 }
 

@@ -4,11 +4,12 @@ use super::action::{Action, Direction, Step};
 use super::app::App;
 use super::command::After;
 use super::dialogs::{Answer, Purpose};
-use super::jobs::Finished;
+use super::jobs::{About, Finished};
 use super::modal::Modal;
 use super::panels::frames::{SideTab, Tool, guide, points, toolbar};
 use super::panels::palette::PaletteView;
 use super::panels::sequence::SequenceView;
+use super::pictures::Source;
 use super::view_state::{Notice, NoticeKind, Workspace};
 use super::{Command, Scene, pictures};
 use crate::frames::Adjustment;
@@ -60,7 +61,7 @@ impl App {
             Command::GoToStep(step) => self.document.history.go_to(step),
             Command::AskFiles(purpose) => self.dialogs.ask(ctx, purpose),
             Command::FilesChosen(purpose, files) => self.files_chosen(&purpose, files, ctx),
-            Command::LoadFrame(which, path) => pictures::read(which, path, true, ctx, &mut self.jobs),
+            Command::LoadFrame(which, path) => pictures::read(which, Source::File(path), true, ctx, &mut self.jobs),
             Command::Dropped(paths, over) => self.dropped(paths, over, ctx),
             Command::Show(modal) => self.view.modal = Some(modal),
             Command::CloseModal => self.view.modal = None,
@@ -68,7 +69,11 @@ impl App {
             Command::SaveThen(after) => self.save(Some(after), ctx),
             Command::Recover(take) => self.recover(take),
             Command::Tell(kind, text) => self.tell(kind, text, ctx),
-            Command::CancelJob(id) => self.jobs.cancel(id),
+            Command::CancelJob(id) => {
+                if let Some(About::Picture(which)) = self.jobs.cancel(id) {
+                    self.view.frames.panes[which as usize].adjustment = self.pictures.stopped(which);
+                }
+            }
         }
     }
 
@@ -315,8 +320,8 @@ impl App {
 
     fn finish(&mut self, finished: Finished, ctx: &egui::Context) {
         match finished {
-            Finished::Frame { which, path, chosen: true, result: Ok(frame) } => {
-                match paths::to_text(self.document.path.as_deref(), &path) {
+            Finished::Frame { which, source, chosen: true, result: Ok(frame) } => {
+                match paths::to_text(self.document.path.as_deref(), source.path()) {
                     Ok(text) => {
                         let named = FrameRef {
                             path: text,
@@ -324,7 +329,7 @@ impl App {
                             width_px: frame.width(),
                             height_px: frame.height(),
                         };
-                        self.pictures.frame_read(which, Ok(frame));
+                        self.pictures.frame_read(which, source, Ok(frame));
                         self.edit(&Edit::SetFrame(which, Some(named)), ctx);
                         self.view.frames.fit();
                         self.tell(NoticeKind::Done, format!("The {} frame is open.", which.word()), ctx);
@@ -333,9 +338,9 @@ impl App {
                 }
             }
             Finished::Frame { chosen: true, result: Err(why), .. } => self.fail("The frame cannot be read", why),
-            Finished::Frame { which, result, .. } => self.pictures.frame_read(which, result),
-            Finished::Adjusted { which, sha256, adjustment, pixels } => {
-                self.pictures.adjusted(which, &sha256, adjustment, pixels);
+            Finished::Frame { which, source, result, .. } => self.pictures.frame_read(which, source, result),
+            Finished::Adjusted { which, sha256, adjustment, result } => {
+                self.pictures.adjusted(which, &sha256, adjustment, result);
             }
             Finished::Folder(Ok(sequence)) => self.view.modal = Some(Modal::Sequence(SequenceView::new(&sequence))),
             Finished::Folder(Err(why)) => self.fail("The folder cannot be used", why),

@@ -6,10 +6,10 @@ use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use frontalis::gui::dialogs::{Answer, Purpose};
 use frontalis::gui::modal::Modal;
-use frontalis::gui::{Action, Command};
+use frontalis::gui::{Action, App, Command};
 use frontalis::project::{Project, Which, file};
 
-use crate::stage::{Person, Window, key, keys, open, project, settle, write_frames};
+use crate::stage::{Person, Window, key, keys, open, project, settle, show, write_frames};
 
 const SIZE: [f32; 2] = [1280.0, 800.0];
 
@@ -235,4 +235,46 @@ fn the_sample_opens_and_takes_its_frames_along_when_saved() {
     for frame in [saved.frames.first.unwrap(), saved.frames.last.unwrap()] {
         assert!(frontalis::project::frames_check::status(&at, &frame).is_ok(), "{}", frame.path);
     }
+}
+
+#[test]
+fn work_that_was_not_saved_is_offered_at_the_next_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path().join("kept.frontalis.json");
+    let face = frontalis::face::generic();
+    let saved = project(folder.path(), &face, true);
+    file::save(&saved, &at).unwrap();
+    let start = || {
+        let person = Box::new(Person::default());
+        let app = App::new(file::load(&at).unwrap(), Some(at.clone()), frontalis::face::generic(), person);
+        show(app.with_autosave(), SIZE, true)
+    };
+    let mut window = start();
+    window.state_mut().push(Command::Do(Action::ClearLast));
+    window.run_steps(3);
+    let changed = window.state().project().clone();
+    // The program is killed here: nothing is asked, nothing is saved.
+    drop(window);
+
+    let mut window = start();
+    assert!(matches!(window.state().view().modal, Some(Modal::Recover { .. })));
+    window.get_by_label("Recover it").click();
+    window.run_steps(3);
+    assert_eq!(window.state().project(), &changed);
+    assert!(window.state().unsaved());
+    assert_eq!(file::load(&at).unwrap(), saved, "the file itself is touched by a save alone");
+    keys(&mut window, Modifiers::COMMAND, Key::S);
+    drop(window);
+    assert_eq!(start().state().view().modal, None, "after a save nothing is left to recover");
+}
+
+#[test]
+fn adjusting_a_frame_that_was_replaced_meanwhile_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let face = frontalis::face::generic();
+    let mut window = open(project(folder.path(), &face, true), SIZE, true, Person::default());
+    std::fs::copy(folder.path().join("raised.png"), folder.path().join("neutral.png")).unwrap();
+    key(&mut window, Key::C);
+    settle(&mut window);
+    window.get_by_label_contains("was replaced by another picture");
 }

@@ -146,7 +146,11 @@ pub(crate) fn project(folder: &Path, face: &FaceModel, marked: bool) -> Project 
 
 /// Opens a window of that size on a project; pictures are there.
 pub(crate) fn open(project: Project, size: [f32; 2], dark: bool, person: Person) -> Window {
-    let app = App::new(project, None, frontalis::face::generic(), Box::new(person));
+    show(App::new(project, None, frontalis::face::generic(), Box::new(person)), size, dark)
+}
+
+/// Shows a window of that size.
+pub(crate) fn show(app: App, size: [f32; 2], dark: bool) -> Window {
     let mut window = Harness::builder()
         .with_size(size)
         .with_max_steps(12)

@@ -222,6 +222,7 @@ pub fn show(
     }
     egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
         let whole = ui.max_rect();
+        ui.painter().rect_filled(whole, 0.0, ui.visuals().panel_fill);
         let blink = ui.input(|i| i.key_down(egui::Key::B)) && !ui.ctx().text_edit_focused() && view.drag.is_none();
         let order = if view.swapped ^ blink { [Which::Last, Which::First] } else { [Which::First, Which::Last] };
         let half = Vec2::new((whole.width() - 2.0) / 2.0, whole.height());

@@ -1,0 +1,369 @@
+//! The one table of everything a person can tell the program: label, tooltip, menu and keys of each action.
+//!
+//! The menus, the shortcuts, the palette and the key sheet are all made from it.
+
+use egui::{Key, Modifiers};
+
+use super::action::{Action, Chord, Direction, Menu, Spec, Step};
+use super::orbit_view::StandardView;
+
+const fn plain(key: Key) -> Chord {
+    Chord { modifiers: Modifiers::NONE, key }
+}
+const fn ctrl(key: Key) -> Chord {
+    Chord { modifiers: Modifiers::COMMAND, key }
+}
+const fn shift(key: Key) -> Chord {
+    Chord { modifiers: Modifiers::SHIFT, key }
+}
+const fn alt(key: Key) -> Chord {
+    Chord { modifiers: Modifiers::ALT, key }
+}
+const fn ctrl_shift(key: Key) -> Chord {
+    Chord { modifiers: Modifiers::COMMAND.plus(Modifiers::SHIFT), key }
+}
+
+const fn row(action: Action, menu: Menu, label: &'static str, keys: &'static [Chord], tooltip: &'static str) -> Spec {
+    Spec { action, label, tooltip, menu, new_group: false, keys }
+}
+
+const fn group(spec: Spec) -> Spec {
+    Spec { new_group: true, ..spec }
+}
+
+use Action as A;
+use Menu as M;
+
+/// Every action, in the order of the menus.
+pub const TABLE: &[Spec] = &[
+    row(A::New, M::File, "New project", &[ctrl(Key::N)], "Begin with an empty project."),
+    row(A::Open, M::File, "Open project…", &[ctrl(Key::O)], "Open a project file."),
+    row(
+        A::OpenSample,
+        M::File,
+        "Open sample",
+        &[],
+        "Open the embedded sample: two frames of a rendered brow raise with a painted grid, marked.",
+    ),
+    group(row(A::Save, M::File, "Save", &[ctrl(Key::S)], "Save the project; the last good copy is kept beside it.")),
+    row(A::SaveAs, M::File, "Save as…", &[ctrl_shift(Key::S)], "Save the project under another name."),
+    group(row(
+        A::OpenFrames,
+        M::File,
+        "Open frames…",
+        &[ctrl(Key::F)],
+        "Choose the first (neutral) and the last (apex) picture.",
+    )),
+    row(
+        A::OpenFolder,
+        M::File,
+        "Open folder of frames…",
+        &[ctrl_shift(Key::F)],
+        "Choose a folder of numbered pictures; first and last are proposed and can be changed.",
+    ),
+    group(row(
+        A::Export,
+        M::File,
+        "Export results…",
+        &[ctrl(Key::E)],
+        "Write the forces and marks as tables, a mesh, a picture and a report into a folder.",
+    )),
+    group(row(A::Quit, M::File, "Quit", &[ctrl(Key::Q)], "Leave the program; unsaved changes are asked about.")),
+    row(A::Undo, M::Edit, "Undo", &[ctrl(Key::Z)], "Take back the last step."),
+    row(A::Redo, M::Edit, "Redo", &[ctrl_shift(Key::Z), ctrl(Key::Y)], "Do again what was taken back."),
+    row(A::ShowHistory, M::Edit, "History", &[ctrl(Key::H)], "Show the list of steps; click one to go there."),
+    group(row(
+        A::ClearLast,
+        M::Edit,
+        "Clear all marks of the last frame",
+        &[],
+        "Remove every mark of the last frame that is not locked. Can be undone.",
+    )),
+    group(row(A::Palette, M::Edit, "Command palette…", &[ctrl(Key::P)], "Find any command by its name.")),
+    row(A::WorkspaceFrames, M::View, "Frames", &[ctrl(Key::Num1)], "The two frames, with points to place and drag."),
+    row(A::WorkspaceForces, M::View, "Forces", &[ctrl(Key::Num2)], "The forces as a height map."),
+    group(row(
+        A::Fit,
+        M::View,
+        "Fit pictures",
+        &[plain(Key::Num0), plain(Key::F)],
+        "Show the whole picture in its pane. A double click does the same.",
+    )),
+    row(
+        A::ZoomIn,
+        M::View,
+        "Zoom in",
+        &[plain(Key::Plus), plain(Key::Equals), shift(Key::Plus)],
+        "Closer, at the centre of the pane. The wheel zooms at the pointer.",
+    ),
+    row(A::ZoomOut, M::View, "Zoom out", &[plain(Key::Minus)], "Farther."),
+    row(
+        A::LinkPanes,
+        M::View,
+        "Link panes",
+        &[plain(Key::K)],
+        "Zoom and pan both frames together; an offset between them is kept.",
+    ),
+    row(
+        A::MatchPanes,
+        M::View,
+        "Match other pane",
+        &[plain(Key::Q)],
+        "Let the other pane show the same place as the active one.",
+    ),
+    row(A::Blink, M::View, "Swap pictures", &[plain(Key::T)], "Show each pane the other's picture. Hold B to blink."),
+    group(row(A::HideMarks, M::View, "Marks", &[plain(Key::V)], "Hide or show every mark.")),
+    row(A::ShowNames, M::View, "Names", &[plain(Key::N)], "Hide or show the points' names."),
+    row(A::ShowWireframe, M::View, "Wireframe", &[plain(Key::W)], "Hide or show the wireframe."),
+    row(
+        A::RegionOnly,
+        M::View,
+        "Wireframe of chosen regions only",
+        &[plain(Key::R)],
+        "Draw only the part of the wireframe that is to be marked.",
+    ),
+    row(
+        A::LoupeAlways,
+        M::View,
+        "Loupe while pointing",
+        &[plain(Key::G)],
+        "Show the loupe whenever the pointer is on a frame, not only while dragging.",
+    ),
+    group(row(
+        A::Clahe,
+        M::View,
+        "Local contrast (CLAHE)",
+        &[plain(Key::C)],
+        "Enhance faint detail in the active pane. The project and the results do not change.",
+    )),
+    row(
+        A::ResetAdjustment,
+        M::View,
+        "Reset contrast",
+        &[shift(Key::C)],
+        "Put brightness and contrast of both panes back.",
+    ),
+    group(row(A::ShowTable, M::View, "Table of points", &[plain(Key::P)], "Hide or show the table under the frames.")),
+    group(row(
+        A::Look(StandardView::Front),
+        M::View,
+        "Forces from the front",
+        &[plain(Key::Num1)],
+        "Look at the height map as the camera sees the face.",
+    )),
+    row(
+        A::Look(StandardView::Oblique),
+        M::View,
+        "Forces obliquely",
+        &[plain(Key::Num2)],
+        "Look at the height map from above the chin, a little to one side.",
+    ),
+    row(
+        A::Look(StandardView::Side),
+        M::View,
+        "Forces from the side",
+        &[plain(Key::Num3)],
+        "Look at the height map from the person's left: y against height.",
+    ),
+    row(
+        A::Look(StandardView::Below),
+        M::View,
+        "Forces from below",
+        &[plain(Key::Num4)],
+        "Look at the height map from below the chin, as an axial scan: x against height.",
+    ),
+    row(
+        A::LockRange,
+        M::View,
+        "Lock the colour range",
+        &[shift(Key::L)],
+        "Keep the colour range of the height map when the data change, or let it follow them again.",
+    ),
+    group(row(A::Dark, M::View, "Dark colours", &[], "Dark colours.")),
+    row(A::Light, M::View, "Light colours", &[], "Light colours."),
+    row(A::ToolSelect, M::Point, "Select and drag", &[plain(Key::S)], "Clicks select, drags move."),
+    row(
+        A::ToolLandmarks,
+        M::Point,
+        "Place landmarks",
+        &[ctrl(Key::L)],
+        "Place the landmarks in the first frame one after the other; a small face shows which comes next.",
+    ),
+    row(
+        A::ToolFeatures,
+        M::Point,
+        "Mark feature points",
+        &[ctrl(Key::M)],
+        "Mark the chosen points in the last frame one after the other.",
+    ),
+    group(row(A::Next, M::Point, "Next point", &[plain(Key::Period), plain(Key::Tab)], "Go to the next point.")),
+    row(A::Previous, M::Point, "Previous point", &[plain(Key::Comma), shift(Key::Tab)], "Go to the point before."),
+    group(row(
+        A::Accept,
+        M::Point,
+        "Accept predicted place",
+        &[plain(Key::Enter)],
+        "Take the predicted place as the mark, and go to the next point.",
+    )),
+    row(
+        A::ClearMark,
+        M::Point,
+        "Clear mark",
+        &[plain(Key::Delete), plain(Key::Backspace)],
+        "Remove the mark; the point itself stays.",
+    ),
+    row(A::Lock, M::Point, "Lock", &[plain(Key::L)], "Protect the mark against the hand, or free it again."),
+    row(
+        A::Uncertain,
+        M::Point,
+        "Uncertain",
+        &[plain(Key::U)],
+        "Say that the mark is in doubt: it counts with three times the standard deviation.",
+    ),
+    row(
+        A::Occluded,
+        M::Point,
+        "Occluded",
+        &[plain(Key::O)],
+        "Say that the point cannot be seen here: its place is a note, never data.",
+    ),
+    group(row(A::RoleSkin, M::Point, "Ordinary skin", &[], "The expression may move this point.")),
+    row(
+        A::RoleStill,
+        M::Point,
+        "Still point",
+        &[],
+        "This skin cannot move with the expression: it gives the head's motion and the noise floor.",
+    ),
+    row(A::RoleFixed, M::Point, "Fixed point", &[], "Held at its place on the head, marked or not."),
+    row(
+        A::Nudge(Direction::Left, Step::Medium),
+        M::Nudge,
+        "Left 0.5 px",
+        &[plain(Key::ArrowLeft)],
+        "Move the selected point half a pixel.",
+    ),
+    row(
+        A::Nudge(Direction::Right, Step::Medium),
+        M::Nudge,
+        "Right 0.5 px",
+        &[plain(Key::ArrowRight)],
+        "Move the selected point half a pixel.",
+    ),
+    row(
+        A::Nudge(Direction::Up, Step::Medium),
+        M::Nudge,
+        "Up 0.5 px",
+        &[plain(Key::ArrowUp)],
+        "Move the selected point half a pixel.",
+    ),
+    row(
+        A::Nudge(Direction::Down, Step::Medium),
+        M::Nudge,
+        "Down 0.5 px",
+        &[plain(Key::ArrowDown)],
+        "Move the selected point half a pixel.",
+    ),
+    group(row(
+        A::Nudge(Direction::Left, Step::Large),
+        M::Nudge,
+        "Left 5 px",
+        &[shift(Key::ArrowLeft)],
+        "Move the selected point five pixels.",
+    )),
+    row(
+        A::Nudge(Direction::Right, Step::Large),
+        M::Nudge,
+        "Right 5 px",
+        &[shift(Key::ArrowRight)],
+        "Move the selected point five pixels.",
+    ),
+    row(
+        A::Nudge(Direction::Up, Step::Large),
+        M::Nudge,
+        "Up 5 px",
+        &[shift(Key::ArrowUp)],
+        "Move the selected point five pixels.",
+    ),
+    row(
+        A::Nudge(Direction::Down, Step::Large),
+        M::Nudge,
+        "Down 5 px",
+        &[shift(Key::ArrowDown)],
+        "Move the selected point five pixels.",
+    ),
+    group(row(
+        A::Nudge(Direction::Left, Step::Small),
+        M::Nudge,
+        "Left 0.1 px",
+        &[alt(Key::ArrowLeft)],
+        "Move the selected point a tenth of a pixel.",
+    )),
+    row(
+        A::Nudge(Direction::Right, Step::Small),
+        M::Nudge,
+        "Right 0.1 px",
+        &[alt(Key::ArrowRight)],
+        "Move the selected point a tenth of a pixel.",
+    ),
+    row(
+        A::Nudge(Direction::Up, Step::Small),
+        M::Nudge,
+        "Up 0.1 px",
+        &[alt(Key::ArrowUp)],
+        "Move the selected point a tenth of a pixel.",
+    ),
+    row(
+        A::Nudge(Direction::Down, Step::Small),
+        M::Nudge,
+        "Down 0.1 px",
+        &[alt(Key::ArrowDown)],
+        "Move the selected point a tenth of a pixel.",
+    ),
+    row(
+        A::Keys,
+        M::Help,
+        "Keys",
+        &[plain(Key::F1), plain(Key::Questionmark), shift(Key::Questionmark)],
+        "Show every key.",
+    ),
+    row(A::About, M::Help, "About Frontalis", &[], "What this program is, and its version."),
+];
+
+/// Keys that are held, not pressed, and what the pointer does; shown on the key sheet beside the table.
+pub const HELD: &[(&str, &str)] = &[
+    ("Wheel", "Zoom at the pointer"),
+    ("Middle drag", "Pan"),
+    ("Space + drag", "Pan with the left button"),
+    ("Drag a point", "Move it; the loupe shows where"),
+    ("Shift while dragging", "Move at a fifth of the speed"),
+    ("Esc", "Give up the drag; everything is as before"),
+    ("Hold B", "Blink: each pane shows the other's picture"),
+    ("Double click beside the points", "Show the whole pictures"),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_actions_share_a_key_and_each_has_a_label_and_a_sentence() {
+        for (i, a) in TABLE.iter().enumerate() {
+            assert!(!a.label.is_empty() && a.tooltip.ends_with('.'), "{:?}", a.action);
+            for b in &TABLE[i + 1..] {
+                assert_ne!(a.action, b.action);
+                assert_ne!(a.label, b.label);
+                for key in a.keys {
+                    assert!(!b.keys.contains(key), "{} is a key of {} and of {}", key.text(), a.label, b.label);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn keys_that_are_held_are_no_actions() {
+        for spec in TABLE {
+            assert!(!spec.keys.contains(&plain(Key::B)) && !spec.keys.contains(&plain(Key::Space)));
+        }
+    }
+}
