@@ -22,7 +22,7 @@ pub struct Weights {
 const WIDEST_GAP_RAD: f64 = 1.1 * std::f64::consts::TAU / 3.0;
 
 /// Whether each vertex is surrounded by marked ones: seen from it in the picture, those within `reach_mm` leave no gap wider than
-/// [`WIDEST_GAP_RAD`].
+/// `WIDEST_GAP_RAD`.
 ///
 /// `at` are positions in the plane of the picture, mm. Vertices of `source` themselves are not asked.
 pub fn surrounded(at: &[Point2<f64>], source: &[bool], reach_mm: f64) -> Vec<bool> {

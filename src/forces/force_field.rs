@@ -1,7 +1,7 @@
 //! The force field F = −K X by one pass over the springs, without storing K.
 //!
-//! Springs are taken in blocks of [`BLOCK`], their differences side by side, so that roots and quotients run in wide registers.
-//! Vertices are taken in ranges of [`RANGE`]: a range owns its part of the result and the springs whose lower end it holds,
+//! Springs are taken in blocks of `BLOCK`, their differences side by side, so that roots and quotients run in wide registers.
+//! Vertices are taken in ranges of `RANGE`: a range owns its part of the result and the springs whose lower end it holds,
 //! so ranges can run on several cores. What a spring does to a vertex of a later range is noted and added at the end: on a
 //! mesh whose neighbours have near indices that is a few springs in a hundred, on one without such order up to all of them
 //! (still correct; the notes then cost about as much as the pass).

@@ -2,7 +2,7 @@
 //!
 //! Drawn vertices stay where they are. The others are added one by one where the triangles are largest, and after each the
 //! mesh relaxes: edges flip where that opens the angles in space, vertices move along the surface to the middle of their
-//! neighbourhood. The surface is the height field of [`depth`](super::depth_map::depth), so a position is a place in the plane.
+//! neighbourhood. The surface is the height field of [`depth`], so a position is a place in the plane.
 
 use std::collections::{BTreeMap, BTreeSet};
 
