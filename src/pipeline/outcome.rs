@@ -165,12 +165,21 @@ impl ForceField {
 }
 
 impl Outcome {
-    /// The vertex with the largest force among those whose force can be believed, and that force: measured or inferred, and not
-    /// on the border, which carries the reaction of skin that nobody measured. Without any such vertex, the largest of all.
+    /// Whether the force on a vertex can be believed: a hand has measured it; it is not on the border, which carries the reaction
+    /// of skin that nobody measured; and none of its springs is strained beyond the skin table.
+    pub fn is_believed(&self, vertex: usize) -> bool {
+        self.states.get(vertex) == Some(&VertexState::Measured)
+            && !self.border.get(vertex).copied().unwrap_or(false)
+            && !self.field.outside_table.get(vertex).copied().unwrap_or(false)
+    }
+
+    /// The vertex with the largest force among those that can be believed ([`Outcome::is_believed`]), and that force. Without any
+    /// such vertex, the largest among all measured and inferred ones.
     pub fn peak(&self) -> Option<(usize, f64)> {
-        let inner = self.states.iter().zip(&self.border);
-        let inner: Vec<_> = inner.map(|(s, border)| if *border { VertexState::Unmeasured } else { *s }).collect();
-        self.field.peak(&inner).or_else(|| self.field.peak(&self.states))
+        let believed: Vec<_> = (0..self.states.len())
+            .map(|v| if self.is_believed(v) { self.states[v] } else { VertexState::Unmeasured })
+            .collect();
+        self.field.peak(&believed).or_else(|| self.field.peak(&self.states))
     }
 
     /// "N" or "relative".

@@ -139,10 +139,13 @@ impl Layer {
                 (known && there).then(|| value(v)).filter(|x| x.is_finite())
             })
             .collect();
+        let any_believed = (0..values.len()).any(|v| outcome.is_believed(v));
         let sets_range = (0..values.len())
             .map(|v| {
-                !outcome.border.get(v).copied().unwrap_or(false)
-                    && matches!(outcome.states.get(v), Some(VertexState::Measured | VertexState::Inferred))
+                if any_believed {
+                    return outcome.is_believed(v);
+                }
+                matches!(outcome.states.get(v), Some(VertexState::Measured | VertexState::Inferred))
             })
             .collect();
         let is_force =
