@@ -67,11 +67,3 @@ fn nonsense_is_refused_by_name() {
     assert!(render(&[], &[], &[], &options).is_ok());
     assert!(render(&positions, &triangles, &[Some(0.0); 9], &options).is_ok());
 }
-
-#[test]
-#[ignore = "writes a picture to look at"]
-fn look() {
-    let (positions, triangles, values) = bump(29);
-    let options = HeightMapOptions { title: "Force on the skin".to_owned(), ..HeightMapOptions::default() };
-    render(&positions, &triangles, &values, &options).unwrap().save("/tmp/hm.png").unwrap();
-}
