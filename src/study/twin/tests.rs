@@ -200,12 +200,3 @@ fn the_photograph_shows_a_face_on_a_plain_background() {
     assert!((0.25..0.6).contains(&share(|[r, g, b]| r.abs_diff(b) < 25 && g.abs_diff(b) < 15 && b > 120)));
     assert_eq!(raster::colour([255, 0, 51]), [1.0, 0.0, 0.2]);
 }
-
-#[test]
-#[ignore = "writes pictures to look at"]
-fn look() {
-    let [first, last] = twin(&TwinSettings::default()).render(&generic());
-    let folder = std::env::temp_dir();
-    first.save(folder.join("twin_first.png")).unwrap();
-    last.save(folder.join("twin_last.png")).unwrap();
-}
