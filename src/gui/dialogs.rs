@@ -39,6 +39,30 @@ impl Purpose {
             Self::ExportFolder => "Choose a folder for the results",
         }
     }
+
+    /// What to do where the path has to be typed.
+    pub fn how_to_type(&self) -> &'static str {
+        match self {
+            Self::OpenProject => "Type the path of the project, or drop its file on the window.",
+            Self::SaveProject { .. } => "Type the path of the file to save to.",
+            Self::Frames => "Type the paths of the two pictures, or drop them on the window.",
+            Self::Frame(_) => "Type the path of the picture, or drop it on the window.",
+            Self::FrameFolder => "Type the path of the folder, or drop it on the window.",
+            Self::ExportFolder => "Type the path of the folder that the results are to be written to.",
+        }
+    }
+
+    /// Names of the paths to type.
+    pub fn paths(&self) -> &'static [&'static str] {
+        match self {
+            Self::OpenProject => &["Project"],
+            Self::SaveProject { .. } => &["File"],
+            Self::Frames => &["First frame", "Last frame"],
+            Self::Frame(crate::project::Which::First) => &["First frame"],
+            Self::Frame(crate::project::Which::Last) => &["Last frame"],
+            Self::FrameFolder | Self::ExportFolder => &["Folder"],
+        }
+    }
 }
 
 /// How an asking ended.

@@ -22,6 +22,8 @@ pub enum Modal {
         purpose: Purpose,
         /// What has been typed, a path a line.
         typed: String,
+        /// Whether its field has been given the keyboard.
+        focused: bool,
     },
     /// First and last of a folder of numbered frames.
     Sequence(SequenceView),

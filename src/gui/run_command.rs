@@ -297,10 +297,15 @@ impl App {
             Answer::Cancelled => {}
             Answer::Unavailable => {
                 let typed = match &purpose {
-                    Purpose::SaveProject { suggested, .. } => suggested.clone(),
+                    Purpose::SaveProject { suggested, .. } => {
+                        let beside = self.document.path.as_deref().and_then(std::path::Path::parent);
+                        let folder = beside.map(std::path::Path::to_owned).filter(|f| f.is_absolute());
+                        let folder = folder.or_else(|| std::env::current_dir().ok()).unwrap_or_default();
+                        folder.join(suggested).display().to_string()
+                    }
                     _ => String::new(),
                 };
-                self.view.modal = Some(Modal::Path { purpose, typed });
+                self.view.modal = Some(Modal::Path { purpose, typed, focused: false });
             }
         }
     }
@@ -332,7 +337,13 @@ impl App {
                         self.pictures.frame_read(which, source, Ok(frame));
                         self.edit(&Edit::SetFrame(which, Some(named)), ctx);
                         self.view.frames.fit();
-                        self.tell(NoticeKind::Done, format!("The {} frame is open.", which.word()), ctx);
+                        let frames = &self.project().frames;
+                        let text = if frames.first.is_some() && frames.last.is_some() {
+                            "The first and the last frame are open.".to_owned()
+                        } else {
+                            format!("The {} frame is open.", which.word())
+                        };
+                        self.tell(NoticeKind::Done, text, ctx);
                     }
                     Err(e) => self.fail("The frame cannot be used", e.to_string()),
                 }

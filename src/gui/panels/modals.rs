@@ -56,15 +56,20 @@ pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>)
                 });
                 chosen
             }
-            Modal::Path { purpose, typed } => path(ui, purpose, typed, commands),
+            Modal::Path { purpose, typed, focused } => path(ui, purpose, typed, focused, commands),
             Modal::Sequence(view) => sequence::show(ui, view, commands),
             Modal::Keys => keys(ui),
             Modal::About => about(ui),
         };
     });
     // Unsaved work is never answered by a click beside the dialog.
-    let must_answer = matches!(modal, Modal::Recover { .. });
-    !(close || !must_answer && shown.should_close())
+    let leave = match modal {
+        Modal::Recover { .. } => false,
+        // Nor is a path that is half typed thrown away by one.
+        Modal::Path { .. } => ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, egui::Key::Escape)),
+        _ => shown.should_close(),
+    };
+    !(close || leave)
 }
 
 fn title(modal: &Modal) -> &str {
@@ -85,29 +90,50 @@ fn primary(ui: &mut egui::Ui, label: &str) -> egui::Response {
 }
 
 /// Fields for paths, where the system has no file dialog of its own: `typed` holds a path a line.
-fn path(ui: &mut egui::Ui, purpose: &Purpose, typed: &mut String, commands: &mut Vec<Command>) -> bool {
-    ui.label("This system offers no file dialog. Type the path, or drop the file on the window.");
+fn path(
+    ui: &mut egui::Ui,
+    purpose: &Purpose,
+    typed: &mut String,
+    focused: &mut bool,
+    commands: &mut Vec<Command>,
+) -> bool {
+    ui.label(purpose.how_to_type());
     ui.add_space(4.0);
-    let names: &[&str] = if *purpose == Purpose::Frames { &["First frame", "Last frame"] } else { &["Path"] };
+    let names = purpose.paths();
     let mut lines: Vec<String> = typed.split('\n').map(str::to_owned).collect();
     lines.resize(names.len(), String::new());
     let mut enter = false;
-    for (i, (name, line)) in names.iter().zip(&mut lines).enumerate() {
+    let mut fields = Vec::new();
+    for (name, line) in names.iter().zip(&mut lines) {
         let label = ui.label(RichText::new(*name).weak());
-        let edit = egui::TextEdit::singleline(line).desired_width(f32::INFINITY).hint_text("/path/to/file");
-        let response = ui.add(edit).labelled_by(label.id);
-        if i == 0 && ui.memory(|m| m.focused().is_none()) && line.is_empty() {
+        let hint = if *name == "Folder" { "/path/to/folder" } else { "/path/to/file" };
+        let mut edit = egui::TextEdit::singleline(line).desired_width(f32::INFINITY).hint_text(hint).show(ui);
+        let response = edit.response.response.labelled_by(label.id);
+        // The first pass only measures the dialog.
+        if !*focused && !ui.is_sizing_pass() {
+            *focused = true;
             response.request_focus();
+            edit.state.cursor.set_char_range(Some(egui::text::CCursorRange::select_all_str(line)));
+            edit.state.store(ui.ctx(), response.id);
         }
-        enter |= response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter)) && i + 1 == names.len();
+        enter |= response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+        fields.push(response);
     }
     *typed = lines.join("\n");
     ui.add_space(8.0);
     let files: Vec<PathBuf> = lines.iter().map(|l| l.trim()).filter(|l| !l.is_empty()).map(PathBuf::from).collect();
+    let complete = files.len() == names.len();
+    if enter
+        && !complete
+        && let Some((field, _)) = fields.iter().zip(&lines).find(|(_, line)| line.trim().is_empty())
+    {
+        field.request_focus();
+    }
     let mut close = false;
+    let word = if matches!(purpose, Purpose::SaveProject { .. }) { "Save" } else { "Go on" };
     ui.horizontal(|ui| {
-        let go_on = ui.add_enabled(files.len() == names.len(), egui::Button::new("Go on")).clicked();
-        if (go_on || enter) && files.len() == names.len() {
+        let go_on = ui.add_enabled(complete, egui::Button::new(word)).clicked();
+        if (go_on || enter) && complete {
             commands.push(Command::FilesChosen(purpose.clone(), files));
             close = true;
         }
