@@ -71,21 +71,37 @@ pub fn significant(value: f64, digits: i32) -> String {
     if value == 0.0 || !value.is_finite() {
         return if value == 0.0 { "0".to_owned() } else { "–".to_owned() };
     }
-    let decimals = (digits - 1 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    let decimals = (digits - 1 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
     let text = format!("{value:.decimals$}");
+    if all_zeros(&text) {
+        return fixed(0.0, 2);
+    }
     // 0.0996 to two digits is 0.10, not 0.100.
     let carried = text.parse::<f64>().is_ok_and(|v| v.abs().log10().floor() > value.abs().log10().floor());
     let text = if carried && decimals > 0 { format!("{value:.*}", decimals - 1) } else { text };
     if text.starts_with('-') { text.replacen('-', "−", 1) } else { text }
 }
 
+/// "−0.12": with so many decimals, and without a sign before nothing but zeros.
+pub fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(rest) if all_zeros(rest) => rest.to_owned(),
+        Some(rest) => format!("−{rest}"),
+        None => text,
+    }
+}
+
+fn all_zeros(text: &str) -> bool {
+    text.chars().all(|c| matches!(c, '-' | '0' | '.'))
+}
+
 /// "0.140 ± 0.021": the value with as many decimals as its error has to two digits.
 pub fn with_error(value: f64, error: Option<f64>) -> String {
-    match error.filter(|e| *e > 0.0 && e.is_finite()) {
+    match error.filter(|e| *e >= 1e-6 && e.is_finite()) {
         Some(error) => {
             let decimals = (1 - error.log10().floor() as i32).clamp(0, 6) as usize;
-            let value = format!("{value:.decimals$}").replacen('-', "−", 1);
-            format!("{value} ± {error:.decimals$}")
+            format!("{} ± {error:.decimals$}", fixed(value, decimals))
         }
         None => significant(value, 3),
     }
@@ -217,5 +233,9 @@ mod tests {
         assert_eq!(significant(f64::NAN, 2), "–");
         assert_eq!(with_error(0.1446, Some(0.0213)), "0.145 ± 0.021");
         assert_eq!(with_error(-0.1446, None), "−0.145");
+        assert_eq!(with_error(-0.0001, Some(0.5)), "0.00 ± 0.50");
+        assert_eq!(significant(-7.1e-15, 3), "0.00");
+        assert_eq!(fixed(-0.001, 2), "0.00");
+        assert_eq!(fixed(-0.126, 2), "−0.13");
     }
 }

@@ -11,3 +11,12 @@ pub mod sequence;
 pub mod settings;
 pub mod skin_table;
 pub mod status;
+
+/// Shows contents in the width there is: what is wider is cut off instead of widening the panel, beside which panes would move.
+fn in_fixed_width(ui: &mut egui::Ui, contents: impl FnOnce(&mut egui::Ui)) {
+    let place = ui.available_rect_before_wrap();
+    let mut child = ui.new_child(egui::UiBuilder::new().max_rect(place));
+    contents(&mut child);
+    let size = egui::vec2(place.width(), child.min_rect().height());
+    ui.advance_cursor_after_rect(egui::Rect::from_min_size(place.min, size));
+}

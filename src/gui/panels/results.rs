@@ -2,12 +2,17 @@
 
 use egui::RichText;
 
+use crate::gui::height_map::options::{fixed, significant, with_error};
 use crate::gui::{Command, Focus, Scene, theme};
 use crate::pipeline::Warning;
 use crate::project::PointId;
 
 /// Shows the numbers.
 pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, focus: &mut Focus, commands: &mut Vec<Command>) {
+    super::in_fixed_width(ui, |ui| numbers(ui, scene, focus, commands));
+}
+
+fn numbers(ui: &mut egui::Ui, scene: Scene<'_>, focus: &mut Focus, commands: &mut Vec<Command>) {
     warnings(ui, scene, commands);
     let o = scene.outcome;
     heading(ui, "Landmark fit");
@@ -16,13 +21,13 @@ pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, focus: &mut Focus, commands: &m
         row(
             ui,
             "Residual before the morph",
-            format!("{:.2} px", o.fit.rms_before_px),
+            format!("{} px", fixed(o.fit.rms_before_px, 2)),
             "Root mean square distance of the landmarks from their marks after alignment and scaling.",
         );
         row(
             ui,
             "Residual after the morph",
-            format!("{:.1e} px", o.fit.rms_after_px),
+            format!("{} px", fixed(o.fit.rms_after_px, 2)),
             "Rounding error, or something is wrong.",
         );
         let [x, y, z] = o.fit.scale;
@@ -91,16 +96,17 @@ fn head(ui: &mut egui::Ui, scene: Scene<'_>) {
         row(
             ui,
             "Shift x, y, z",
-            format!("{:+.2} {:+.2} {:+.2} mm", t.x, t.y, t.z),
+            format!("{} mm", [t.x, t.y, t.z].map(|c| fixed(c, 2)).join(", ")),
             "Of the head from the first frame to the last.",
         );
         row(
             ui,
             "Turn about x, y, z",
-            format!("{:+.2} {:+.2} {:+.2}°", turn.x, turn.y, turn.z),
+            format!("{}°", [turn.x, turn.y, turn.z].map(|c| fixed(c, 2)).join(", ")),
             "Nod, shake and tilt of the head.",
         );
-        let floor = head.noise_floor_px.map_or_else(|| "needs 4 still points".to_owned(), |n| format!("{n:.2} px"));
+        let floor =
+            head.noise_floor_px.map_or_else(|| "needs 4 still points".to_owned(), |n| format!("{} px", fixed(n, 2)));
         row(
             ui,
             "Noise floor",
@@ -126,17 +132,17 @@ fn forces(ui: &mut egui::Ui, scene: Scene<'_>, focus: &mut Focus, commands: &mut
             format!("{known} of {}", o.states.len()),
             "Marked, filled in between marks, or held.",
         );
-        let sigma = o.field.sigma.get(vertex).copied().unwrap_or(0.0);
+        let sigma = o.field.sigma.get(vertex).copied();
         row(
             ui,
             "Greatest force",
-            format!("{peak:.4} ± {sigma:.4} {unit}"),
+            format!("{} {unit}", with_error(peak, sigma)),
             "And its standard error from the marking error.",
         );
         row(
             ui,
             "Sum of internal forces",
-            format!("{:.1e} {unit}", o.field.internal_sum.norm()),
+            format!("{} {unit}", significant(o.field.internal_sum.norm(), 2)),
             "Zero but for rounding: the self-check of the field.",
         );
     });

@@ -15,10 +15,16 @@ use crate::project::{CameraSettings, Edit, Settings};
 pub struct SettingsView {
     /// The skin table.
     pub skin: SkinTableView,
+    /// Distance of the inner eye corners, while it is chosen but not yet typed: until then nothing is measured.
+    eye_corners: Option<String>,
 }
 
 /// Shows the settings.
 pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut FramesView, commands: &mut Vec<Command>) {
+    super::in_fixed_width(ui, |ui| sections(ui, scene, view, commands));
+}
+
+fn sections(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut FramesView, commands: &mut Vec<Command>) {
     section(ui, "Project", true, |ui| project(ui, scene, commands));
     section(ui, "Scale", true, |ui| scale(ui, scene, view, commands));
     section(ui, "Camera", true, |ui| camera(ui, scene, commands));
@@ -136,18 +142,25 @@ fn scale(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut FramesView, commands: &
             "Type the person's own distance; the two landmarks must be placed.",
         ),
     ];
+    let asked = view.settings.eye_corners.is_some();
     for (i, (label, on, tooltip)) in rows.into_iter().enumerate() {
+        let on = if asked { i == 3 } else { on };
         if !ui.radio(on, label).on_hover_text(tooltip).clicked() {
             continue;
+        }
+        if i != 3 {
+            view.settings.eye_corners = None;
         }
         match i {
             0 => commands.push(Command::Edit(Edit::SetScale(Scale::Assumed))),
             1 | 2 => view.tool = Tool::ScalePoints { grid: i == 2, first: None },
-            _ => commands.push(Command::Edit(Edit::SetScale(Scale::InnerEyeCorners { mm: assumed_eye_mm(scene) }))),
+            _ if on => {}
+            _ => view.settings.eye_corners = Some(String::new()),
         }
     }
     ui.add_space(2.0);
     match scale {
+        _ if view.settings.eye_corners.is_some() => type_eye_corners(ui, &mut view.settings.eye_corners, commands),
         Scale::Assumed => {}
         Scale::TwoPoints { a_px, b_px, mm: value } => {
             mm.show(ui, value, commands, |mm| Edit::SetScale(Scale::TwoPoints { a_px, b_px, mm }));
@@ -172,16 +185,30 @@ fn scale(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut FramesView, commands: &
         }
     }
     let said = if scene.outcome.scale_measured { "measured" } else { "assumed" };
-    ui.label(RichText::new(format!("{:.3} px/mm, {said}", scene.outcome.camera.px_per_mm)).weak());
+    ui.label(RichText::new(format!("{:.2} px/mm, {said}", scene.outcome.camera.px_per_mm)).weak());
 }
 
-/// Distance of the inner eye corners of the generic face, mm.
-fn assumed_eye_mm(scene: Scene<'_>) -> f64 {
-    let at = |id: &str| scene.face.landmark(id).map(|l| scene.face.mesh().positions()[l.vertex as usize]);
-    match (at("eye_inner_left"), at("eye_inner_right")) {
-        (Some(a), Some(b)) => ((a - b).norm() * 10.0).round() / 10.0,
-        // The mean of many people.
-        _ => 36.9,
+/// A field for the person's own distance; the scale is set once it holds one.
+fn type_eye_corners(ui: &mut egui::Ui, text: &mut Option<String>, commands: &mut Vec<Command>) {
+    let Some(line) = text else { return };
+    let mut done = false;
+    ui.horizontal(|ui| {
+        let label = ui.label("Distance");
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            ui.label("mm");
+            let edit = egui::TextEdit::singleline(line).desired_width(120.0).hint_text("type the distance");
+            let response = ui.add(edit).labelled_by(label.id);
+            let typed = line.trim().replace(',', ".").parse::<f64>().ok();
+            if let Some(mm) = typed.filter(|mm| (0.1..=1000.0).contains(mm))
+                && response.lost_focus()
+            {
+                commands.push(Command::Edit(Edit::SetScale(Scale::InnerEyeCorners { mm })));
+                done = true;
+            }
+        });
+    });
+    if done {
+        *text = None;
     }
 }
 

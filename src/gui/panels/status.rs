@@ -5,6 +5,7 @@ use egui::{ProgressBar, RichText};
 use super::frames::SideTab;
 use super::frames::points;
 use crate::displacement::VertexState;
+use crate::gui::height_map::options::{fixed, with_error};
 use crate::gui::jobs::Jobs;
 use crate::gui::view_state::{NoticeKind, Workspace};
 use crate::gui::{Command, Scene, ViewState, theme};
@@ -63,7 +64,7 @@ fn under_pointer(ui: &egui::Ui, scene: Scene<'_>, view: &ViewState) -> Option<St
         if matches!(state, VertexState::Measured | VertexState::Inferred)
             && let (Some(f), Some(s)) = (scene.outcome.field.force.get(i), scene.outcome.field.sigma.get(i))
         {
-            parts.push(format!("{:.4} ± {s:.4} {}", f.norm(), scene.outcome.unit()));
+            parts.push(format!("{} {}", with_error(f.norm(), Some(*s)), scene.outcome.unit()));
         }
     }
     let pointer = ui.input(|i| i.pointer.hover_pos())?;
@@ -76,7 +77,13 @@ fn under_pointer(ui: &egui::Ui, scene: Scene<'_>, view: &ViewState) -> Option<St
         }
         if view.workspace == Workspace::Frames && pane.rect.contains(pointer) {
             let [x, y] = pane.view.at(pane.rect).image_from_ui(pointer);
-            parts.push(format!("{} {x:.1}, {y:.1} px   {:.0} %", which.word(), pane.view.zoom * 100.0));
+            parts.push(format!(
+                "{} {}, {} px   {:.0} %",
+                which.word(),
+                fixed(x, 2),
+                fixed(y, 2),
+                pane.view.zoom * 100.0
+            ));
         }
     }
     (!parts.is_empty()).then(|| parts.join("   "))

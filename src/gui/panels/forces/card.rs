@@ -4,16 +4,15 @@ use egui::{RichText, Ui};
 
 use crate::gui::Scene;
 use crate::gui::height_map::Layer;
-use crate::gui::height_map::options::{significant, with_error};
+use crate::gui::height_map::options::{fixed, significant, with_error};
 use crate::gui::height_map::quantity::{fibre_direction, muscle_at, muscle_name};
 
 /// Shows the card of a vertex, or how to get one.
 pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, layer: &Layer, vertex: Option<usize>) {
-    ui.add_space(6.0);
+    ui.separator();
     let Some(v) = vertex.filter(|v| *v < scene.outcome.first.len()) else {
         ui.strong("No vertex chosen");
         ui.weak("Point at the map to read a value; click to keep it.");
-        ui.separator();
         return;
     };
     let outcome = scene.outcome;
@@ -46,7 +45,7 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, layer: &Layer, vertex: Option<
     if outcome.field.outside_table.get(v).copied().unwrap_or(false) {
         ui.colored_label(ui.visuals().warn_fg_color, "A spring here is strained beyond the skin table.");
     }
-    ui.separator();
+    ui.add_space(8.0);
 }
 
 fn row(ui: &mut Ui, name: &str, value: &str) {
@@ -93,8 +92,8 @@ fn geometry(ui: &mut Ui, scene: Scene<'_>, v: usize, known: bool) {
     let at = outcome.first[v];
     if let (true, Some(last)) = (known, outcome.last.get(v)) {
         let moved = last - at;
-        row(ui, "Displacement", &format!("{} mm", significant(moved.norm(), 3)));
-        row(ui, "Moved x, y, z", &format!("{} mm", [moved.x, moved.y, moved.z].map(|c| significant(c, 2)).join(", ")));
+        row(ui, "Displacement", &format!("{} mm", fixed(moved.norm(), 2)));
+        row(ui, "Moved x, y, z", &format!("{} mm", [moved.x, moved.y, moved.z].map(|c| fixed(c, 2)).join(", ")));
     }
     if let Some((low, high)) = strain_range(scene, v) {
         row(ui, "Strain of springs", &format!("{:+.1} to {:+.1} %", low * 100.0, high * 100.0).replace('-', "−"));

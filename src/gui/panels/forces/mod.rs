@@ -13,6 +13,7 @@ mod toolbar;
 use crate::gui::action::{Action, Direction as Way};
 use crate::gui::height_map::{ColourRange, Layer, MapOptions, RangeMode};
 use crate::gui::orbit_view::{OrbitView, Projection, StandardView};
+use crate::gui::panels::in_fixed_width;
 use crate::gui::{Command, Focus, Scene};
 use crate::project::PointId;
 
@@ -145,10 +146,14 @@ pub fn show(
     let layer = Layer::new(scene.outcome, scene.face, o.quantity, o.direction, o.muscle);
     let selected = selected_vertex(scene, focus);
     egui::Panel::top("forces toolbar").show(ui, |ui| toolbar::show(ui, scene, view, &layer));
-    egui::Panel::right("forces side").default_size(282.0).min_size(240.0).show(ui, |ui| {
+    // Of a width that no content changes: the map beside it must not move under the pointer.
+    egui::Panel::right("forces side").exact_size(282.0).show(ui, |ui| {
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            card::show(ui, scene, &layer, focus.hovered().map(|v| v as usize).or(selected));
-            summary::show(ui, scene, focus, commands);
+            // The card comes and goes with the pointer; below the summary it moves no link.
+            in_fixed_width(ui, |ui| {
+                summary::show(ui, scene, focus, commands);
+                card::show(ui, scene, &layer, focus.hovered().map(|v| v as usize).or(selected));
+            });
         });
     });
     egui::Panel::bottom("forces charts").resizable(true).default_size(216.0).min_size(120.0).show(ui, |ui| match view

@@ -14,6 +14,7 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, focus: &mut Focus, commands: &
     let unit = outcome.unit();
     let peak = outcome.peak();
     let of_all = outcome.field.peak(&outcome.states);
+    ui.add_space(6.0);
     ui.strong("Peak force");
     match peak {
         Some((v, force)) => {
@@ -83,5 +84,4 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, focus: &mut Focus, commands: &
             ui.colored_label(ui.visuals().warn_fg_color, warning.to_string());
         }
     }
-    ui.add_space(8.0);
 }
