@@ -58,7 +58,7 @@ impl App {
             Command::CancelGesture => self.document.history.cancel_gesture(),
             Command::Select(point) => self.select(point),
             Command::JumpTo(point) => self.jump_to(point),
-            Command::GoToStep(step) => self.document.history.go_to(step),
+            Command::GoToStep(step) => self.in_step_with_guide(|app| app.document.history.go_to(step)),
             Command::AskFiles(purpose) => self.dialogs.ask(ctx, purpose),
             Command::FilesChosen(purpose, files) => self.files_chosen(&purpose, files, ctx),
             Command::LoadFrame(which, path) => pictures::read(which, Source::File(path), true, ctx, &mut self.jobs),
@@ -110,8 +110,8 @@ impl App {
             Action::OpenFrames => self.dialogs.ask(ctx, Purpose::Frames),
             Action::OpenFolder => self.dialogs.ask(ctx, Purpose::FrameFolder),
             Action::Export => self.dialogs.ask(ctx, Purpose::ExportFolder),
-            Action::Undo => _ = self.document.history.undo(),
-            Action::Redo => _ = self.document.history.redo(),
+            Action::Undo => self.in_step_with_guide(|app| _ = app.document.history.undo()),
+            Action::Redo => self.in_step_with_guide(|app| _ = app.document.history.redo()),
             Action::ShowHistory => {
                 frames.side = if frames.side == SideTab::History { SideTab::Guide } else { SideTab::History };
                 self.view.workspace = Workspace::Frames;
@@ -160,7 +160,7 @@ impl App {
             Action::ToolFeatures => self.start_tool(Tool::Features),
             Action::Keys => self.view.modal = Some(Modal::Keys),
             Action::About => self.view.modal = Some(Modal::About),
-            Action::ClearLast => self.edit(&Edit::ClearLast, ctx),
+            Action::ClearLast => self.in_step_with_guide(|app| app.edit(&Edit::ClearLast, ctx)),
             Action::Next => self.step_point(true),
             Action::Previous => self.step_point(false),
             Action::Accept => self.accept(ctx),
@@ -212,6 +212,43 @@ impl App {
             _ => None,
         };
         self.select(next);
+    }
+
+    /// The points that the tool places, in the order of the guide, and whether each has its mark.
+    fn guided(&self) -> Vec<(PointId, bool)> {
+        let scene = self.scene();
+        let list: Vec<PointId> = match self.view.frames.tool {
+            Tool::Landmarks => scene.face.landmarks().iter().map(|l| PointId::Landmark(l.id.clone())).collect(),
+            Tool::Features => {
+                let chosen = points::chosen_vertices(scene, &self.view.frames.regions);
+                chosen.into_iter().map(PointId::FeatureLast).collect()
+            }
+            _ => Vec::new(),
+        };
+        let marked = |id: &PointId| edit::mark(scene.project, id).is_some();
+        list.into_iter()
+            .map(|id| {
+                let has = marked(&id);
+                (id, has)
+            })
+            .collect()
+    }
+
+    /// Does what may take marks away or bring them back, and lets the guide follow: it asks for the first point that
+    /// lost its mark, or for the next after those that got one.
+    fn in_step_with_guide(&mut self, act: impl FnOnce(&mut Self)) {
+        let before = self.guided();
+        act(self);
+        let after = self.guided();
+        let was_marked = |id: &PointId| before.iter().any(|(b, marked)| *marked && b == id);
+        let is_marked = |id: &PointId| after.iter().any(|(a, marked)| *marked && a == id);
+        if let Some((lost, _)) = before.iter().find(|(id, marked)| *marked && !is_marked(id)) {
+            self.select(Some(lost.clone()));
+        } else if let Some(got) = after.iter().rposition(|(id, marked)| *marked && !was_marked(id)) {
+            let next = after[got + 1..].iter().chain(&after[..got]).find(|(_, marked)| !marked);
+            let next = next.map(|(id, _)| id.clone());
+            self.select(next);
+        }
     }
 
     /// Goes to the next point, or the one before, in the list that the selected one belongs to.

@@ -292,3 +292,87 @@ fn local_contrast_is_shown_and_changes_no_result() {
     assert!(window.state().view().frames.panes[0].adjustment.clahe.is_some());
     assert_eq!(window.state().outcome(), &before);
 }
+
+#[test]
+fn undo_takes_the_guide_back_to_the_landmark_that_lost_its_mark() {
+    let (mut window, _folder) = window(false);
+    let face = frontalis::face::generic();
+    keys(&mut window, Modifiers::COMMAND, Key::L);
+    let ids: Vec<PointId> = face.landmarks().iter().map(|l| PointId::Landmark(l.id.clone())).collect();
+    let at = on_screen(&window, Which::First, seen(&face, face.landmarks()[0].vertex, false));
+    click(&mut window, at);
+    assert_eq!(window.state().view().focus.selected.as_ref(), Some(&ids[1]));
+    keys(&mut window, Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.state().view().focus.selected.as_ref(), Some(&ids[0]));
+    keys(&mut window, Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    assert_eq!(window.state().view().focus.selected.as_ref(), Some(&ids[1]));
+}
+
+/// A window with every landmark placed, where the vertex of a landmark is to be marked.
+fn features_on_landmarks() -> (Window, tempfile::TempDir, String, u32) {
+    let folder = tempfile::tempdir().unwrap();
+    let face = frontalis::face::generic();
+    let mut project = project(folder.path(), &face, true);
+    let region = |v: u32| face.regions().iter().find(|r| r.vertices.contains(&v));
+    let l = face.landmarks().iter().rev().find(|l| region(l.vertex).is_some()).unwrap();
+    let name = region(l.vertex).unwrap().id.clone();
+    project.features.clear();
+    let mut window = open(project, SIZE, true, Person::default());
+    window.state_mut().view_mut().frames.regions = [name].into();
+    keys(&mut window, Modifiers::COMMAND, Key::M);
+    (window, folder, l.id.clone(), l.vertex)
+}
+
+#[test]
+fn with_the_features_tool_a_landmark_vertex_is_a_feature_and_is_the_one_that_is_marked() {
+    let (mut window, _folder, landmark, v) = features_on_landmarks();
+    let at = on_screen(&window, Which::First, seen(&frontalis::face::generic(), v, false));
+    click(&mut window, at);
+    assert_eq!(window.state().view().focus.selected, Some(PointId::FeatureFirst(v)));
+    for by_name in [false, true] {
+        if by_name {
+            window.state_mut().push(frontalis::gui::Command::Select(Some(PointId::Landmark(landmark.clone()))));
+            window.run_steps(2);
+        }
+        let at = on_screen(&window, Which::Last, [40.0, 40.0]);
+        click(&mut window, at);
+        assert_eq!(window.state().project().features.keys().copied().collect::<Vec<_>>(), [v]);
+        assert!(near(mark_of(&window, &PointId::FeatureLast(v)).unwrap(), [40.0, 40.0], 0.6));
+        keys(&mut window, Modifiers::COMMAND, Key::Z);
+        assert!(window.state().project().features.is_empty());
+    }
+}
+
+#[test]
+fn a_click_on_a_predicted_point_marks_it_where_it_is() {
+    let (mut window, _folder, _, _) = features_on_landmarks();
+    let Some(PointId::FeatureLast(v)) = window.state().view().focus.selected else { panic!("the guide asks") };
+    let p = window.state().outcome().last_in_image[v as usize];
+    let at = on_screen(&window, Which::Last, [p.x, p.y]);
+    click(&mut window, at + Vec2::new(2.0, 1.0));
+    assert!(near(mark_of(&window, &PointId::FeatureLast(v)).unwrap(), [p.x, p.y], 1e-6));
+}
+
+#[test]
+fn a_drag_that_comes_in_one_pass_loses_nothing() {
+    let (mut window, _folder) = window(true);
+    let v = frontalis::face::generic().region("forehead")[0];
+    let id = PointId::FeatureLast(v);
+    let before = mark_of(&window, &id).unwrap();
+    let at = on_screen(&window, Which::Last, before);
+    let zoom = window.state().view().frames.panes[1].view.zoom;
+    window.hover_at(at);
+    window.step();
+    let to = at + Vec2::new(30.0, 12.0);
+    let (button, modifiers) = (egui::PointerButton::Primary, Modifiers::NONE);
+    window.input_mut().events.extend([
+        egui::Event::PointerButton { pos: at, button, pressed: true, modifiers },
+        egui::Event::PointerMoved(at + Vec2::new(9.0, 9.0)),
+        egui::Event::PointerButton { pos: to, button, pressed: false, modifiers },
+        egui::Event::PointerGone,
+    ]);
+    window.run_steps(2);
+    let after = mark_of(&window, &id).unwrap();
+    assert!(near(after, [before[0] + 30.0 / zoom, before[1] + 12.0 / zoom], 1e-3), "{before:?} {after:?}");
+    assert_eq!(window.state().steps(), [format!("Move point {v}")]);
+}

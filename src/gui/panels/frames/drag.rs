@@ -1,10 +1,10 @@
 //! What a press, a drag and a release on a frame do: place the next point, move a point, or select one.
 
-use egui::{Key, Pos2, Response};
+use egui::{Event, Key, PointerButton, Pos2, Response};
 
 use super::guide::{next_to_mark, next_unmarked_landmark};
 use super::pane::{Pane, REACH};
-use super::points::{Kind, Look};
+use super::points::{self, Kind, Look, ShownPoint};
 use super::{FramesView, Tool};
 use crate::camera::Scale;
 use crate::gui::view_state::NoticeKind;
@@ -13,6 +13,9 @@ use crate::project::{Edit, PointId, Role, Which};
 
 /// How far the pointer must go before a press on a point becomes a drag, ui points: a click that selects moves nothing.
 const THRESHOLD: f32 = 3.0;
+
+/// How near to a predicted point a press means that very place, ui points.
+const ON_POINT: f32 = 4.0;
 
 /// Share of the pointer's motion that a point follows while Shift is held.
 const FINE: f64 = 0.2;
@@ -30,6 +33,8 @@ pub struct Drag {
     pub began: bool,
     /// Whether the release goes on to the next point.
     places: bool,
+    /// The point at the same place that a release without motion selects instead.
+    behind: Option<PointId>,
     pressed_at: Pos2,
     last: Pos2,
 }
@@ -43,6 +48,35 @@ pub enum Target {
     ScaleEnd(usize),
 }
 
+/// What the pointer did in this pass, in order; of a run of motions only the last.
+#[derive(Clone, Copy)]
+enum Stroke {
+    Press(Pos2),
+    Motion(Pos2),
+    Release(Pos2),
+}
+
+fn strokes(ui: &egui::Ui) -> Vec<Stroke> {
+    let mut strokes = Vec::new();
+    ui.input(|i| {
+        for event in &i.events {
+            match *event {
+                Event::PointerMoved(at) => {
+                    if matches!(strokes.last(), Some(Stroke::Motion(_))) {
+                        strokes.pop();
+                    }
+                    strokes.push(Stroke::Motion(at));
+                }
+                Event::PointerButton { pos, button: PointerButton::Primary, pressed, .. } => {
+                    strokes.push(if pressed { Stroke::Press(pos) } else { Stroke::Release(pos) });
+                }
+                _ => {}
+            }
+        }
+    });
+    strokes
+}
+
 /// Handles the pointer on a pane.
 pub fn handle(
     ui: &egui::Ui,
@@ -53,33 +87,69 @@ pub fn handle(
     focus: &Focus,
     commands: &mut Vec<Command>,
 ) {
-    let (pressed, down, pointer, shift, escape) = ui.input(|i| {
+    let (down, pointer, shift, escape) = ui.input(|i| {
         let p = &i.pointer;
-        (p.primary_pressed(), p.primary_down(), p.latest_pos(), i.modifiers.shift, i.key_pressed(Key::Escape))
+        (p.primary_down(), p.latest_pos(), i.modifiers.shift, i.key_pressed(Key::Escape))
     });
-    if pressed && response.contains_pointer() && view.drag.is_none() {
-        view.active = pane.which;
-        response.request_focus();
-        if let Some(at) = pointer {
-            press(at, pane, chosen, view, focus, commands);
-        }
-    } else if response.double_clicked()
-        && view.tool == Tool::Select
-        && pointer.is_some_and(|p| pane.nearest(p).is_none())
+    let tool = view.tool;
+    let mut selected = focus.selected.clone();
+    let holds = |view: &FramesView| view.drag.as_ref().is_some_and(|d| d.which == pane.which);
+    if escape
+        && holds(view)
+        && let Some(drag) = view.drag.take()
+        && drag.began
     {
+        commands.push(Command::CancelGesture);
+    }
+    // One pass may bring a whole press, motion and release, so each is taken where it happened.
+    for stroke in strokes(ui) {
+        let before = commands.len();
+        match stroke {
+            Stroke::Press(at) => {
+                let here = pane.rect.contains(at)
+                    && (response.contains_pointer() || ui.ctx().layer_id_at(at) == Some(response.layer_id));
+                if here && ui.is_enabled() && view.drag.is_none() {
+                    view.active = pane.which;
+                    response.request_focus();
+                    press(at, pane, chosen, view, selected.as_ref(), commands);
+                }
+            }
+            Stroke::Motion(at) if holds(view) => {
+                follow(Hand { down: true, pointer: Some(at), shift }, pane, chosen, view, commands);
+            }
+            Stroke::Release(at) if holds(view) => {
+                follow(Hand { down: false, pointer: Some(at), shift }, pane, chosen, view, commands);
+            }
+            _ => {}
+        }
+        for command in &commands[before..] {
+            if let Command::Select(id) = command {
+                selected.clone_from(id);
+            }
+        }
+    }
+    if !down && holds(view) {
+        follow(Hand { down, pointer, shift }, pane, chosen, view, commands);
+    }
+    let nearest = |at: Pos2| pane.pick(at, tool, selected.as_ref());
+    if response.double_clicked() && tool == Tool::Select && pointer.is_some_and(|p| nearest(p).is_none()) {
         view.fit();
     }
     if response.secondary_clicked()
-        && let Some(point) = pointer.and_then(|p| pane.nearest(p))
+        && let Some(point) = pointer.and_then(nearest)
     {
         commands.push(Command::Select(Some(point.id.clone())));
     }
-    if view.drag.as_ref().is_some_and(|d| d.which == pane.which) {
-        follow(Hand { down, pointer, shift, escape }, pane, chosen, view, commands);
-    }
 }
 
-fn press(at: Pos2, pane: &Pane<'_>, chosen: &[u32], view: &mut FramesView, focus: &Focus, commands: &mut Vec<Command>) {
+fn press(
+    at: Pos2,
+    pane: &Pane<'_>,
+    chosen: &[u32],
+    view: &mut FramesView,
+    selected: Option<&PointId>,
+    commands: &mut Vec<Command>,
+) {
     let in_image = pane.transform.image_from_ui(at);
     if let Tool::ScalePoints { grid, first } = view.tool {
         if pane.which == Which::First {
@@ -87,7 +157,7 @@ fn press(at: Pos2, pane: &Pane<'_>, chosen: &[u32], view: &mut FramesView, focus
         }
         return;
     }
-    let hit = pane.nearest(at);
+    let hit = pane.pick(at, view.tool, selected);
     // A mark under the pointer is moved, whatever the tool: nobody places two points on one place.
     if let Some(point) = hit.filter(|p| p.look.is_mark()) {
         commands.push(Command::Select(Some(point.id.clone())));
@@ -95,7 +165,10 @@ fn press(at: Pos2, pane: &Pane<'_>, chosen: &[u32], view: &mut FramesView, focus
             commands
                 .push(Command::Tell(NoticeKind::Refused, format!("{} is locked. Press L to free it.", point.label)));
         } else {
-            view.drag = Some(Drag::take(pane.which, Target::Point(point.id.clone()), point.at, at));
+            let drag = Drag::take(pane.which, Target::Point(point.id.clone()), point.at, at);
+            let again = selected == Some(&point.id);
+            let behind = again.then(|| pane.behind(point, view.tool)).flatten().map(|p| p.id.clone());
+            view.drag = Some(Drag { behind, ..drag });
         }
         return;
     }
@@ -104,15 +177,24 @@ fn press(at: Pos2, pane: &Pane<'_>, chosen: &[u32], view: &mut FramesView, focus
         return;
     }
     let placed = match (view.tool, pane.which) {
-        (Tool::Landmarks, Which::First) => current_landmark(pane, focus),
-        (Tool::Features, Which::Last) => hit.map(|p| p.id.clone()).or_else(|| current_feature(pane, chosen, focus)),
+        (Tool::Landmarks, Which::First) => current_landmark(pane, selected).map(|id| (id, in_image)),
+        (Tool::Features, Which::Last) => match accepted(at, pane, hit, selected) {
+            Some(point) => Some((point.id.clone(), point.at)),
+            None => match current_feature(pane, chosen, selected) {
+                Ok(current) => current.map(|id| (id, in_image)),
+                Err(text) => {
+                    commands.push(Command::Tell(NoticeKind::Refused, text));
+                    return;
+                }
+            },
+        },
         _ => None,
     };
-    if let Some(id) = placed {
+    if let Some((id, place)) = placed {
         commands.push(Command::BeginGesture);
         commands.push(Command::Select(Some(id.clone())));
-        put(&id, in_image, pane, commands);
-        let drag = Drag::take(pane.which, Target::Point(id), in_image, at);
+        put(&id, place, pane, commands);
+        let drag = Drag::take(pane.which, Target::Point(id), place, at);
         view.drag = Some(Drag { began: true, places: true, ..drag });
     } else if let Some(point) = hit {
         commands.push(Command::Select(Some(point.id.clone())));
@@ -122,9 +204,25 @@ fn press(at: Pos2, pane: &Pane<'_>, chosen: &[u32], view: &mut FramesView, focus
     }
 }
 
+/// The predicted point that a press is on, to be marked where it is. Another than the one that was selected in the
+/// first frame is none: that one is being placed.
+fn accepted<'a>(
+    at: Pos2,
+    pane: &Pane<'_>,
+    hit: Option<&'a ShownPoint>,
+    selected: Option<&PointId>,
+) -> Option<&'a ShownPoint> {
+    let chosen_by_hand = match selected {
+        Some(id @ (PointId::FeatureFirst(_) | PointId::Landmark(_))) => points::place(pane.scene, id).map(|(_, v)| v),
+        _ => None,
+    };
+    hit.filter(|p| chosen_by_hand.is_none_or(|v| v == p.vertex))
+        .filter(|p| pane.transform.ui_from_image(p.at).distance(at) <= ON_POINT)
+}
+
 impl Drag {
     fn take(which: Which, target: Target, at: [f64; 2], pressed_at: Pos2) -> Self {
-        Self { which, target, at, began: false, places: false, pressed_at, last: pressed_at }
+        Self { which, target, at, began: false, places: false, behind: None, pressed_at, last: pressed_at }
     }
 }
 
@@ -134,23 +232,16 @@ struct Hand {
     down: bool,
     pointer: Option<Pos2>,
     shift: bool,
-    escape: bool,
 }
 
 fn follow(
-    Hand { down, pointer, shift, escape }: Hand,
+    Hand { down, pointer, shift }: Hand,
     pane: &Pane<'_>,
     chosen: &[u32],
     view: &mut FramesView,
     commands: &mut Vec<Command>,
 ) {
     let Some(mut drag) = view.drag.take() else { return };
-    if escape {
-        if drag.began {
-            commands.push(Command::CancelGesture);
-        }
-        return;
-    }
     if let Some(pointer) = pointer {
         let far = drag.pressed_at.distance(pointer) >= THRESHOLD;
         // A place that was just given follows the hand only once the hand means it.
@@ -180,6 +271,8 @@ fn follow(
     }
     if drag.began {
         commands.push(Command::CommitGesture);
+    } else if let Some(behind) = drag.behind {
+        commands.push(Command::Select(Some(behind)));
     }
     if drag.places
         && let Target::Point(id) = &drag.target
@@ -206,17 +299,23 @@ fn next_after(id: &PointId, pane: &Pane<'_>, chosen: &[u32]) -> Option<PointId> 
     }
 }
 
-fn current_landmark(pane: &Pane<'_>, focus: &Focus) -> Option<PointId> {
-    match &focus.selected {
+fn current_landmark(pane: &Pane<'_>, selected: Option<&PointId>) -> Option<PointId> {
+    match selected {
         Some(id @ PointId::Landmark(_)) => Some(id.clone()),
         _ => next_unmarked_landmark(pane.scene, None).map(PointId::Landmark),
     }
 }
 
-fn current_feature(pane: &Pane<'_>, chosen: &[u32], focus: &Focus) -> Option<PointId> {
-    match focus.selected {
-        Some(PointId::FeatureLast(v)) => Some(PointId::FeatureLast(v)),
-        _ => next_to_mark(pane.scene, chosen, None).map(PointId::FeatureLast),
+/// The feature point that a click in the last frame marks: the selected one, in whichever frame and by whichever name it
+/// was selected; the next of the guide only while nothing is selected.
+fn current_feature(pane: &Pane<'_>, chosen: &[u32], selected: Option<&PointId>) -> Result<Option<PointId>, String> {
+    match selected {
+        Some(PointId::FeatureFirst(v) | PointId::FeatureLast(v)) => Ok(Some(PointId::FeatureLast(*v))),
+        Some(id @ PointId::Landmark(name)) => match points::place(pane.scene, id) {
+            Some((_, v)) if chosen.contains(&v) => Ok(Some(PointId::FeatureLast(v))),
+            _ => Err(format!("{name} is not among the points to mark. Select a feature point.")),
+        },
+        None => Ok(next_to_mark(pane.scene, chosen, None).map(PointId::FeatureLast)),
     }
 }
 
@@ -225,7 +324,7 @@ fn put(id: &PointId, at: [f64; 2], pane: &Pane<'_>, commands: &mut Vec<Command>)
     commands.push(Command::Edit(Edit::Put(id.clone(), at)));
     if let PointId::FeatureFirst(v) | PointId::FeatureLast(v) = id
         && !pane.scene.project.features.contains_key(v)
-        && super::points::kind_of(pane.scene, *v) == Kind::Still
+        && points::kind_of(pane.scene, *v) == Kind::Still
     {
         // The role first, so that the step is named for the mark.
         let at = commands.len() - 1;

@@ -58,6 +58,15 @@ impl Tool {
             Self::Features => which == Which::Last,
         }
     }
+
+    /// Whether a press takes points of this kind.
+    pub fn takes(self, kind: points::Kind) -> bool {
+        match self {
+            Self::Select | Self::ScalePoints { .. } => true,
+            Self::Landmarks => kind == points::Kind::Landmark,
+            Self::Features => kind != points::Kind::Landmark,
+        }
+    }
 }
 
 /// The tabs beside the frames.

@@ -38,16 +38,31 @@ pub struct Pane<'a> {
 }
 
 impl Pane<'_> {
-    /// The nearest point within reach of a place on the screen; a mark wins over a prediction as near.
-    pub fn nearest(&self, at: Pos2) -> Option<&ShownPoint> {
-        let distance = |p: &ShownPoint| {
+    /// The point that a press takes: of those of the tool within reach the selected one, or else the nearest; a mark
+    /// wins over a prediction as near.
+    pub fn pick(&self, at: Pos2, tool: Tool, selected: Option<&PointId>) -> Option<&ShownPoint> {
+        let vertex = selected.and_then(|id| points::place(self.scene, id)).map(|(_, v)| v);
+        let rank = |p: &ShownPoint| {
             let d = self.transform.ui_from_image(p.at).distance(at);
-            if p.look.is_mark() { d - 2.0 } else { d }
+            let same_point = selected == Some(&p.id);
+            let same_vertex = tool != Tool::Select && vertex == Some(p.vertex);
+            let d = if p.look.is_mark() { d - 2.0 } else { d };
+            (!same_point, !same_vertex, d)
         };
         self.points
             .iter()
-            .filter(|p| self.transform.ui_from_image(p.at).distance(at) <= REACH)
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+            .filter(|p| tool.takes(p.kind) && self.transform.ui_from_image(p.at).distance(at) <= REACH)
+            .map(|p| (rank(p), p))
+            .min_by(|(a, _), (b, _)| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)))
+            .map(|(_, p)| p)
+    }
+
+    /// The next point that lies where this one does.
+    pub fn behind(&self, point: &ShownPoint, tool: Tool) -> Option<&ShownPoint> {
+        let at = self.transform.ui_from_image(point.at);
+        let i = self.points.iter().position(|p| p.id == point.id)?;
+        let others = self.points[i + 1..].iter().chain(&self.points[..i]);
+        others.into_iter().find(|p| tool.takes(p.kind) && self.transform.ui_from_image(p.at).distance(at) <= 1.0)
     }
 }
 
@@ -85,14 +100,13 @@ pub fn show(
     }
     navigate(ui, &response, which, view);
 
-    let show_landmarks = view.tool == Tool::Landmarks;
     let mut pane = Pane {
         scene,
         which,
         picture,
         rect,
         transform: view.panes[which as usize].view.at(rect),
-        points: points::in_frame(scene, which, chosen, show_landmarks),
+        points: points::in_frame(scene, which, chosen, view.tool),
     };
     if !view.show_marks && view.drag.is_none() {
         pane.points.clear();
@@ -102,7 +116,7 @@ pub fn show(
         drag::handle(ui, &response, &pane, chosen, view, focus, commands);
     }
     response.context_menu(|ui| menu::entries(ui, Menu::Point, state, commands));
-    hover(ui, &response, &pane, focus);
+    hover(ui, &response, &pane, view.tool, focus);
     cursor(ui, &response, &pane, view, space);
 
     let only: Option<BTreeSet<u32>> = view.wireframe.region_only.then(|| chosen.iter().copied().collect());
@@ -141,12 +155,12 @@ fn navigate(ui: &egui::Ui, response: &Response, which: Which, view: &mut FramesV
 }
 
 /// Lights up the point under the pointer everywhere, or else the vertex of the wireframe there.
-fn hover(ui: &egui::Ui, response: &Response, pane: &Pane<'_>, focus: &mut Focus) {
+fn hover(ui: &egui::Ui, response: &Response, pane: &Pane<'_>, tool: Tool, focus: &mut Focus) {
     let Some(at) = response.hover_pos() else { return };
     if ui.input(|i| i.pointer.any_down()) {
         return;
     }
-    if let Some(point) = pane.nearest(at) {
+    if let Some(point) = pane.pick(at, tool, focus.selected.as_ref()) {
         focus.hover(point.vertex);
         return;
     }
@@ -166,7 +180,7 @@ fn cursor(ui: &egui::Ui, response: &Response, pane: &Pane<'_>, view: &FramesView
         CursorIcon::Grabbing
     } else if view.drag.is_some() || view.tool.places_in(pane.which) {
         CursorIcon::Crosshair
-    } else if pane.nearest(at).is_some() {
+    } else if pane.pick(at, view.tool, None).is_some() {
         CursorIcon::Move
     } else {
         CursorIcon::Default

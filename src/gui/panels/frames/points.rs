@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::Tool;
 use crate::gui::Scene;
 use crate::project::{MarkState, PointId, Role, Which};
 
@@ -130,8 +131,10 @@ pub fn chosen_vertices(scene: Scene<'_>, regions: &BTreeSet<String>) -> Vec<u32>
         .collect()
 }
 
-/// The points of a pane. `unmarked_landmarks`: whether landmarks without a mark are shown at their predicted places.
-pub fn in_frame(scene: Scene<'_>, which: Which, chosen: &[u32], unmarked_landmarks: bool) -> Vec<ShownPoint> {
+/// The points of a pane. While landmarks are placed, those without a mark are shown at their predicted places; while
+/// feature points are marked, no landmark stands for the feature point of its vertex.
+pub fn in_frame(scene: Scene<'_>, which: Which, chosen: &[u32], tool: Tool) -> Vec<ShownPoint> {
+    let unmarked_landmarks = tool == Tool::Landmarks;
     let project = scene.project;
     let mut points = Vec::with_capacity(chosen.len() + 32);
     let mut taken = BTreeSet::new();
@@ -144,7 +147,9 @@ pub fn in_frame(scene: Scene<'_>, which: Which, chosen: &[u32], unmarked_landmar
             if mark.is_none() && !(unmarked_landmarks && placed) {
                 continue;
             }
-            taken.insert(l.vertex);
+            if tool != Tool::Features {
+                taken.insert(l.vertex);
+            }
             points.push(ShownPoint {
                 id: PointId::Landmark(l.id.clone()),
                 vertex: l.vertex,
