@@ -37,6 +37,8 @@ const VIEWS: &[View] = &[
     ("frames_empty", [760.0, 480.0], false, |_| {}),
     ("frames_marked", [1000.0, 640.0], true, |_| {}),
     ("frames_guide", [1000.0, 640.0], true, |w| {
+        // The sign that pulses would look otherwise in every run.
+        w.ctx.all_styles_mut(|style| style.animation_time = 0.0);
         for id in ["nose_tip", "chin", "mouth_corner_left"] {
             let clear = frontalis::project::Edit::Clear(PointId::Landmark(id.into()));
             w.state_mut().push(frontalis::gui::Command::Edit(clear));

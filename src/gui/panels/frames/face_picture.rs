@@ -56,6 +56,8 @@ pub fn show(
         painter.circle_stroke(at, 4.0, Stroke::new(1.5, dot));
     }
     if let Some(&at) = current.and_then(|v| places.get(v as usize)) {
+        // A style without animations shows it still.
+        let pulses = pulses && ui.style().animation_time > 0.0;
         let phase = if pulses { (ui.input(|i| i.time) * 2.6).sin() as f32 * 0.5 + 0.5 } else { 0.3 };
         painter.circle_filled(at, 4.5, on_picture::HALO);
         painter.circle_filled(at, 3.4, on_picture::FEATURE);
