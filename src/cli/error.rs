@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use crate::draw::height_map::HeightMapError;
 use crate::export::NoFrame;
 use crate::face::file::FaceFileError;
+use crate::face::import::ImportError;
 use crate::frames::FrameError;
 use crate::project::{FrameStatus, ProjectFileError};
 use crate::study::TwinError;
@@ -45,6 +46,14 @@ pub enum CliError {
     /// The face model.
     #[error(transparent)]
     Face(#[from] FaceFileError),
+    /// A mesh of another program.
+    #[error("{}: {source}", .path.display())]
+    Mesh {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: ImportError,
+    },
     /// The face file is not the one that the project was made with.
     #[error("the face {0}")]
     FaceChanged(FrameStatus),

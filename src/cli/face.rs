@@ -1,4 +1,6 @@
-//! `frontalis face`: face models listed, shown, exported, checked and generated.
+//! `frontalis face`: face models listed, shown, exported, checked, generated, and made from meshes of other programs.
+
+mod import;
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +8,7 @@ use clap::Subcommand;
 
 use super::error::CliError;
 use super::scene::face_at;
-use crate::face::{self, FaceModel, check, import};
+use crate::face::{self, FaceModel, check, import as mesh_import};
 use crate::project::whole_file::{self, Durability};
 
 /// What `face` asks for.
@@ -22,13 +24,13 @@ enum Action {
     List,
     /// Counts, landmarks and muscles of a face.
     Show {
-        /// A face model file; without it, the generic face.
+        /// A face model file or a mesh (OBJ, PLY, CANDIDE .wfm); without it, the generic face.
         #[arg(long, value_name = "FILE")]
         face: Option<PathBuf>,
     },
     /// Writes the mesh of a face as Wavefront OBJ, mm.
     Export {
-        /// A face model file; without it, the generic face.
+        /// A face model file or a mesh (OBJ, PLY, CANDIDE .wfm); without it, the generic face.
         #[arg(long, value_name = "FILE")]
         face: Option<PathBuf>,
         /// The OBJ file to write.
@@ -37,9 +39,11 @@ enum Action {
     },
     /// Checks that a face is fit for the chain.
     Check {
-        /// A face model file; without it, the generic face.
+        /// A face model file or a mesh (OBJ, PLY, CANDIDE .wfm); without it, the generic face.
         file: Option<PathBuf>,
     },
+    /// Makes a face model file of a mesh (OBJ, PLY, CANDIDE .wfm), and says what was repaired and guessed.
+    Import(import::Arguments),
     /// Generates the generic face anew and writes its file.
     Generate {
         /// The face model file to write.
@@ -60,17 +64,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         }
         Action::Export { face, out } => {
             let face = face_at(face.as_ref())?;
-            write(out, &import::write_obj(face.mesh(), face.mesh().positions()))
+            write(out, &mesh_import::write_obj(face.mesh(), face.mesh().positions()))
         }
         Action::Check { file } => {
             let face = face_at(file.as_ref())?;
             let report = match file {
                 None => check::check_against(&face, &check::Expectations::generic()),
-                Some(_) => check::check(&face),
+                Some(_) => check::check_against(&face, &check::Expectations::imported()),
             };
             print!("{report}");
             if report.ok() { Ok(()) } else { Err(CliError::FaceFailed(face.name().to_owned())) }
         }
+        Action::Import(arguments) => import::run(arguments),
         Action::Generate { out } => write(out, &face::file::to_json(&face::generic::generate()?)),
     }
 }

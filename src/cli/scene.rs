@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::error::CliError;
-use crate::face::{self, FaceModel};
+use crate::face::{self, FaceModel, import};
 use crate::frames::Frame;
 use crate::project::{FaceSource, FrameRef, FrameStatus, Project, file, frames_check, paths};
 
@@ -92,10 +92,25 @@ pub(super) fn check_frame(path: &Path, which: &'static str, frame: &FrameRef) ->
     })
 }
 
-/// The face of an option `--face FILE`, or the generic one.
+/// The face of an option `--face FILE` (a face model or a mesh), or the generic one.
 pub(super) fn face_at(file: Option<&PathBuf>) -> Result<Arc<FaceModel>, CliError> {
     match file {
         None => Ok(face::generic()),
-        Some(path) => Ok(Arc::new(face::file::read(path)?)),
+        Some(path) => any_face(path).map(Arc::new),
     }
+}
+
+/// A face model file, or a mesh of another program as a face without landmarks and muscles; what was repaired is said on stderr.
+fn any_face(path: &Path) -> Result<FaceModel, CliError> {
+    let bytes = face::file::read_bytes(path)?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if import::Format::of(&bytes, &name).is_none() {
+        return Ok(face::file::parse(&bytes, path)?);
+    }
+    let mesh = |source| CliError::Mesh { path: path.to_owned(), source };
+    let imported = import::read(&bytes, &name, &import::ImportOptions::default()).map_err(mesh)?;
+    for repair in &imported.repairs {
+        eprintln!("note: {repair}");
+    }
+    imported.into_face(&name).map_err(|source| mesh(source.into()))
 }

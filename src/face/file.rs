@@ -101,6 +101,11 @@ struct V1 {
 
 /// Reads a face model from a file.
 pub fn read(path: &Path) -> Result<FaceModel, FaceFileError> {
+    parse(&read_bytes(path)?, path)
+}
+
+/// The bytes of a face model or mesh file, up to [`MAX_BYTES`].
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>, FaceFileError> {
     let failed = |source| FaceFileError::Read { path: path.to_owned(), source };
     let mut bytes = Vec::new();
     // Read one byte beyond the limit instead of asking for the length: a device or a pipe has none.
@@ -108,7 +113,7 @@ pub fn read(path: &Path) -> Result<FaceModel, FaceFileError> {
     if bytes.len() as u64 > MAX_BYTES {
         return Err(FaceFileError::TooLarge { path: path.to_owned(), limit: MAX_BYTES });
     }
-    parse(&bytes, path)
+    Ok(bytes)
 }
 
 /// Reads a face model from the bytes of a file; `path` only names it in errors.

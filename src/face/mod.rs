@@ -6,6 +6,7 @@ pub mod generic;
 pub mod import;
 pub mod landmark;
 pub mod mesh;
+pub mod mirror;
 pub mod muscle;
 #[cfg(test)]
 pub(crate) mod patches;
