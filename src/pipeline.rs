@@ -75,7 +75,7 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
     let settings = &project.settings;
     let mut warnings = Vec::new();
 
-    let camera = stages::camera(project, face, image_size_px);
+    let (camera, scale_measured) = stages::camera(project, face, image_size_px);
     let (targets, ids) = stages::landmark_targets(project, face, &mut warnings);
     let customized =
         kept(&mut workspace.customized, CustomizeInput { targets, camera, settings: settings.customize }, |input| {
@@ -125,7 +125,7 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
 
     let states = fill.states.clone();
     let mut outcome = Outcome {
-        scale_measured: project.scale.is_measured(),
+        scale_measured,
         border: stages::border(mesh, &states),
         camera,
         fit,

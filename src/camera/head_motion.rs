@@ -1,6 +1,6 @@
 //! The rigid motion of the head between the two frames, estimated from points of skin that do not move with the expression.
 
-use nalgebra::{Matrix2x6, Matrix3x6, Matrix6, Point2, Point3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Matrix2x6, Matrix3x6, Matrix6, Matrix6x2, Point2, Point3, UnitQuaternion, Vector3, Vector6};
 
 use super::projection::{Camera, Ray};
 
@@ -50,6 +50,8 @@ pub struct HeadMotion {
     pub noise_floor_px: Option<f64>,
     /// Covariance of (rotation vector rad, translation mm) for marks of the given standard deviation.
     pub covariance: Matrix6<f64>,
+    /// How (rotation vector, translation) follows the mark of each still point, in the order given, rad and mm per px.
+    pub follows: Vec<Matrix6x2<f64>>,
 }
 
 impl Default for HeadMotion {
@@ -60,6 +62,7 @@ impl Default for HeadMotion {
             residuals_px: Vec::new(),
             noise_floor_px: None,
             covariance: Matrix6::zeros(),
+            follows: Vec::new(),
         }
     }
 }
@@ -106,8 +109,10 @@ pub fn estimate(camera: &Camera, points: &[StillPoint]) -> HeadMotion {
         PRIOR_DEPTH_MM.powi(-2),
     ));
     let mut normal = prior;
+    let mut pulls: Vec<Matrix6x2<f64>> = Vec::with_capacity(points.len());
     for _ in 0..30 {
         normal = prior;
+        pulls.clear();
         let so_far =
             Vector6::from_iterator(motion.rotation.scaled_axis().iter().chain(motion.translation_mm.iter()).copied());
         let mut gradient = prior * so_far;
@@ -118,7 +123,9 @@ pub fn estimate(camera: &Camera, points: &[StillPoint]) -> HeadMotion {
             let slope: Matrix2x6<f64> = camera.image_slope(&moved) * motion_slope(&motion, &p.first);
             let residual = camera.image_from_face(&moved) - p.last_in_image;
             normal += slope.transpose() * slope * weight;
-            gradient += slope.transpose() * residual * weight;
+            let pull = slope.transpose() * weight;
+            gradient += pull * residual;
+            pulls.push(pull);
         }
         let Some(step) = normal.cholesky().map(|c| -c.solve(&gradient)) else {
             return HeadMotion::default();
@@ -138,12 +145,14 @@ pub fn estimate(camera: &Camera, points: &[StillPoint]) -> HeadMotion {
         .collect();
     let freedom = 2.0 * points.len() as f64 - 6.0;
     let squares: f64 = residuals_px.iter().map(|r| r * r).sum();
+    let covariance = normal.try_inverse().unwrap_or_else(Matrix6::zeros);
     HeadMotion {
         motion,
         still_points: points.len(),
         noise_floor_px: (freedom > 0.0).then(|| (squares / freedom).sqrt()),
         residuals_px,
-        covariance: normal.try_inverse().unwrap_or_else(Matrix6::zeros),
+        follows: pulls.iter().map(|pull| covariance * pull).collect(),
+        covariance,
     }
 }
 
@@ -211,6 +220,32 @@ mod tests {
         let ray = motion.first_from_last_ray(&camera().ray(&camera().image_from_face(&last)));
         let off = (first - ray.origin).cross(&ray.direction.normalize()).norm();
         assert!(off < 1e-9, "{off}");
+    }
+
+    /// At exact marks nothing is left over, so that the slopes of Gauss and Newton are those of the minimum itself.
+    #[test]
+    fn the_motion_follows_each_mark_as_central_differences_say() {
+        let mut marks = points(&RigidMotion::default());
+        for (p, sigma) in marks.iter_mut().zip([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]) {
+            p.sigma_px = sigma;
+        }
+        let (follows, h) = (estimate(&camera(), &marks).follows, 1e-3);
+        assert_eq!(follows.len(), marks.len());
+        for (k, follows) in follows.iter().enumerate() {
+            for axis in 0..2 {
+                let moved = |step: f64| {
+                    let mut marks = marks.clone();
+                    marks[k].last_in_image[axis] += step;
+                    estimate(&camera(), &marks).motion
+                };
+                let (up, down) = (moved(h), moved(-h));
+                let turn = (up.rotation * down.rotation.inverse()).scaled_axis() / (2.0 * h);
+                let shift = (up.translation_mm - down.translation_mm) / (2.0 * h);
+                let column = follows.column(axis);
+                assert!((turn - column.fixed_rows::<3>(0)).norm() < 1e-6 * (1e-3 + turn.norm()), "{k} {axis}");
+                assert!((shift - column.fixed_rows::<3>(3)).norm() < 1e-6 * (1.0 + shift.norm()), "{k} {axis}");
+            }
+        }
     }
 
     #[test]

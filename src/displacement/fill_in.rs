@@ -173,10 +173,11 @@ fn solve_part(
     };
     let Ok(factor) = matrix.sp_cholesky(faer::Side::Lower) else { return };
     let solution = factor.solve(&right);
+    // What is only drawn need not follow marks that move it by less than could be seen; what forces are made of must.
+    let negligible = if screening_mm.is_some() { 1e-6 } else { 1e-12 };
     for (k, &i) in part.iter().enumerate() {
-        // Weights below a millionth move nothing that could be seen.
         let row = sources.iter().enumerate().map(|(c, &j)| (j, solution[(k, c)]));
-        rows[i as usize] = row.filter(|(_, w)| w.abs() > 1e-6).collect();
+        rows[i as usize] = row.filter(|(_, w)| w.abs() > negligible).collect();
     }
 }
 
@@ -255,17 +256,19 @@ mod tests {
     fn a_linear_displacement_is_filled_in_exactly() {
         let mesh = sheet();
         let x = mesh.positions();
-        // The rim and every third vertex are marked.
         let rim = mesh.on_border();
-        let source: Vec<bool> = (0..mesh.len()).map(|i| rim[i] || i % 3 == 0).collect();
-        let unknown: Vec<bool> = source.iter().map(|s| !s).collect();
-        let w = harmonic_weights(&mesh, x, &unknown, &source, None);
         let u = |i: usize| 0.2 * x[i].x - 0.7 * x[i].y + 3.0;
-        for i in (0..mesh.len()).filter(|&i| unknown[i]) {
-            let filled: f64 = w.rows[i].iter().map(|&(j, w)| w * u(j as usize)).sum();
-            assert!((filled - u(i)).abs() < 1e-4, "vertex {i}: {filled} for {}", u(i));
-            let total: f64 = w.rows[i].iter().map(|r| r.1).sum();
-            assert!((total - 1.0).abs() < 1e-4);
+        // The rim is marked, and within it every third vertex, or none: then most weights are small.
+        for every_third in [true, false] {
+            let source: Vec<bool> = (0..mesh.len()).map(|i| rim[i] || (every_third && i % 3 == 0)).collect();
+            let unknown: Vec<bool> = source.iter().map(|s| !s).collect();
+            let w = harmonic_weights(&mesh, x, &unknown, &source, None);
+            for i in (0..mesh.len()).filter(|&i| unknown[i]) {
+                let filled: f64 = w.rows[i].iter().map(|&(j, w)| w * u(j as usize)).sum();
+                assert!((filled - u(i)).abs() < 1e-9, "vertex {i}: {filled} for {}", u(i));
+                let total: f64 = w.rows[i].iter().map(|r| r.1).sum();
+                assert!((total - 1.0).abs() < 1e-9);
+            }
         }
     }
 

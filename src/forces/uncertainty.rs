@@ -1,6 +1,8 @@
 //! How well a force is known: the marking error carried through the springs.
 
-use nalgebra::{Matrix3, Matrix3x2, Matrix3x6, Matrix6, Point3};
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix3, Matrix3x2, Matrix3x6, Matrix6, Matrix6x2, Point3};
 use rayon::prelude::*;
 
 use super::Springs;
@@ -86,7 +88,7 @@ impl Influence {
 ///
 /// δx_j = Σ_m w_jm S_m e_m + C_j θ,   e_m ~ N(0, σ_m² I) px,   θ ~ N(0, Σ)
 ///
-/// all e_m and θ independent of each other.
+/// all e_m independent of each other. θ is read from some of the marks, so that it errs with them: E[θ e_mᵀ] = σ_m² G_m.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MarkInfluence {
     /// w: the marks of each vertex.
@@ -95,15 +97,28 @@ pub struct MarkInfluence {
     pub slope_mm_per_px: Vec<Matrix3x2<f64>>,
     /// σ: standard deviation of each mark along either axis, px.
     pub sigma_px: Vec<f64>,
-    /// What all vertices share (the head's motion): C of each vertex, mm per unit of θ, and Σ.
-    pub common: Option<(Vec<Matrix3x6<f64>>, Matrix6<f64>)>,
+    /// What all vertices share: the head's motion.
+    pub common: Option<Common>,
+}
+
+/// The error θ of the head's motion (rotation vector, rad; translation, mm), which every vertex shares.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Common {
+    /// C of each vertex, mm per unit of θ.
+    pub slopes: Vec<Matrix3x6<f64>>,
+    /// Σ.
+    pub covariance: Matrix6<f64>,
+    /// G of the marks that θ was read from: ∂θ/∂mark, per px.
+    pub follows: BTreeMap<u32, Matrix6x2<f64>>,
 }
 
 /// Standard error of the force on every vertex, N: the root mean square length of its error vector.
 ///
 /// δF_i = Σ_e B_e (δx_i − δx_j) over the springs e = (i, j) at i, so that
 ///
-/// σ_i² = tr Cov(F_i) = Σ_m σ_m² ‖(Σ_e B_e (w_im − w_jm)) S_m‖² + tr(D Σ Dᵀ),   D = Σ_e B_e (C_i − C_j)
+/// σ_i² = tr Cov(F_i) = Σ_m σ_m² (‖A_m‖² + 2 ⟨A_m, D G_m⟩) + tr(D Σ Dᵀ)
+///
+/// A_m = (Σ_e B_e (w_im − w_jm)) S_m,   D = Σ_e B_e (C_i − C_j)
 ///
 /// First order in the marking error: exact for a small one, within a few per cent as long as it does not carry springs over a
 /// corner of the skin's table. `out` is given one number a vertex.
@@ -156,17 +171,20 @@ impl Gathered {
             for (mark, weight) in influence.weights.row(j) {
                 self.add(mark, b * -weight);
             }
-            if let Some((slopes, _)) = &influence.common {
-                shared += b * (slopes[i] - slopes[j]);
+            if let Some(common) = &influence.common {
+                shared += b * (common.slopes[i] - common.slopes[j]);
             }
         }
         for (mark, weight) in influence.weights.row(i) {
             self.add(mark, own * weight);
         }
-        let mut variance = influence.common.as_ref().map_or(0.0, |(_, c)| (shared * c * shared.transpose()).trace());
+        let common = influence.common.as_ref();
+        let mut variance = common.map_or(0.0, |c| (shared * c.covariance * shared.transpose()).trace());
         for (mark, sum) in self.sums.drain(..) {
             self.place[mark] = 0;
-            variance += influence.sigma_px[mark].powi(2) * (sum * influence.slope_mm_per_px[mark]).norm_squared();
+            let own = sum * influence.slope_mm_per_px[mark];
+            let with_head = common.and_then(|c| c.follows.get(&(mark as u32))).map_or(0.0, |g| own.dot(&(shared * g)));
+            variance += influence.sigma_px[mark].powi(2) * (own.norm_squared() + 2.0 * with_head);
         }
         // A covariance rounded to just below zero is zero.
         variance.max(0.0)
@@ -283,11 +301,19 @@ mod tests {
             })
             .collect();
         let root = Matrix6::from_fn(|_, _| 2e-3 * noise.uniform());
+        // Three marks give the head's motion too.
+        let follows: BTreeMap<u32, Matrix6x2<f64>> =
+            [7, 21, 28].into_iter().map(|m| (m, Matrix6x2::from_fn(|_, _| 0.03 * noise.uniform()))).collect();
+        let read: Matrix6<f64> = follows.iter().map(|(&m, g)| g * g.transpose() * sigma[m as usize].powi(2)).sum();
         let influence = MarkInfluence {
             weights,
             slope_mm_per_px: slope.clone(),
             sigma_px: sigma.clone(),
-            common: Some((follow.clone(), root * root.transpose())),
+            common: Some(Common {
+                slopes: follow.clone(),
+                covariance: root * root.transpose() + read,
+                follows: follows.clone(),
+            }),
         };
         let mut claimed = Vec::new();
         standard_errors(&springs, &curve, &x, Some(&active), &influence, &mut claimed);
@@ -297,7 +323,8 @@ mod tests {
         let draws = 2000;
         for _ in 0..draws {
             let e: Vec<_> = sigma.iter().map(|s| Vector2::new(noise.normal(), noise.normal()) * *s).collect();
-            let theta = root * Vector6::from_fn(|_, _| noise.normal());
+            let theta = root * Vector6::from_fn(|_, _| noise.normal())
+                + follows.iter().map(|(&m, g)| g * e[m as usize]).sum::<Vector6<f64>>();
             let moved: Vec<_> = (0..n)
                 .map(|j| {
                     let marks: Vector3<f64> = influence.weights.row(j).map(|(m, w)| slope[m] * e[m] * w).sum();

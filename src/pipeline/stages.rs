@@ -12,37 +12,43 @@ use crate::displacement::fill_in::{self, Weights};
 use crate::displacement::{DepthRule, UnmarkedRule, VertexState};
 use crate::face::mesh::{NONE, doubled_area_vector};
 use crate::face::{FaceModel, Mesh};
-use crate::forces::{Influence, MarkInfluence};
-use crate::project::{Project, Role};
+use crate::forces::{Common, Influence, MarkInfluence};
+use crate::project::{Mark, Project, Role};
 
 /// Landmark ids of the inner eye corners, which set the scale.
 const EYE_CORNERS: [&str; 2] = ["eye_inner_left", "eye_inner_right"];
 /// Share of the picture's height that a face fills before anything is known: as wide as portraits are framed.
 const FACE_SHARE: f64 = 0.75;
 
-/// The camera with its scale: measured, or assumed from the eye corners, from the landmarks placed so far, or from the picture's height.
-pub(super) fn camera(project: &Project, face: &FaceModel, [width, height]: [u32; 2]) -> Camera {
+/// The camera with its scale: measured, or assumed from the eye corners, from the landmarks placed so far, or from the picture's height;
+/// and whether it was measured.
+pub(super) fn camera(project: &Project, face: &FaceModel, [width, height]: [u32; 2]) -> (Camera, bool) {
     let settings = &project.camera;
     let centre = settings.principal_point_px.unwrap_or([f64::from(width) / 2.0, f64::from(height) / 2.0]);
-    let corners = EYE_CORNERS.map(|id| face.landmark(id).zip(project.landmarks.get(id)));
+    let corners = EYE_CORNERS.map(|id| face.landmark(id).zip(landmark_mark(project, id)));
     let (mut px, mut mm) = (None, 0.0);
     if let [Some((a, mark_a)), Some((b, mark_b))] = corners {
         let x = face.mesh().positions();
         px = Some((Point2::from(mark_a.at_px) - Point2::from(mark_b.at_px)).norm()).filter(|px| *px > 0.0);
         mm = (x[a.vertex as usize] - x[b.vertex as usize]).norm();
     }
-    let px_per_mm = project
-        .scale
-        .px_per_mm(px, mm)
+    let told = project.scale.px_per_mm(px, mm);
+    let px_per_mm = told
         .or_else(|| scale_of_landmarks(project, face))
         .unwrap_or_else(|| f64::from(height) * FACE_SHARE / face_height(face.mesh()))
         .clamp(1e-6, 1e9);
-    Camera {
+    let camera = Camera {
         principal_point_px: centre.into(),
         z_prp_mm: settings.view_plane_z_mm + settings.distance_mm,
         z_vp_mm: settings.view_plane_z_mm,
         px_per_mm,
-    }
+    };
+    (camera, project.scale.is_measured() && told.is_some())
+}
+
+/// The mark of a landmark, where it counts.
+fn landmark_mark<'a>(project: &'a Project, id: &str) -> Option<&'a Mark> {
+    project.landmarks.get(id).filter(|m| m.state.is_data())
 }
 
 /// Pixels per millimetre from the spread of the landmarks placed so far about their centre; absent for fewer than two.
@@ -51,7 +57,7 @@ fn scale_of_landmarks(project: &Project, face: &FaceModel) -> Option<f64> {
     let pairs: Vec<_> = face
         .landmarks()
         .iter()
-        .filter_map(|l| project.landmarks.get(&l.id).map(|m| (x[l.vertex as usize].xy(), Point2::from(m.at_px))))
+        .filter_map(|l| landmark_mark(project, &l.id).map(|m| (x[l.vertex as usize].xy(), Point2::from(m.at_px))))
         .collect();
     let spread = |points: &dyn Fn(usize) -> Point2<f64>| {
         let n = pairs.len() as f64;
@@ -82,7 +88,7 @@ pub(super) fn landmark_targets(
     face.landmarks()
         .iter()
         .filter_map(|l| {
-            let mark = project.landmarks.get(&l.id).filter(|m| m.state.is_data())?;
+            let mark = landmark_mark(project, &l.id)?;
             Some((LandmarkTarget { vertex: l.vertex, at_in_image: mark.at_px.into() }, l.id.clone()))
         })
         .unzip()
@@ -135,15 +141,20 @@ pub(super) fn pinned_in_first_frame(
     first
 }
 
-pub(super) fn still_points(project: &Project, first: &[Point3<f64>]) -> Vec<StillPoint> {
+/// Vertices and marks that say how the head moved.
+fn still_marks(project: &Project, vertices: usize) -> impl Iterator<Item = (usize, &Mark)> {
     let still = project.features.iter().filter(|(_, f)| f.role == Role::Still);
-    still
-        .filter_map(|(&v, f)| {
-            let mark = f.last.filter(|m| m.state.is_data())?;
-            let first = *first.get(v as usize)?;
-            Some(StillPoint { first, last_in_image: mark.at_px.into(), sigma_px: project.sigma_px(&mark) })
-        })
-        .collect()
+    let marked = still.filter_map(|(&v, f)| Some((v as usize, f.last.as_ref().filter(|m| m.state.is_data())?)));
+    marked.filter(move |(v, _)| *v < vertices)
+}
+
+pub(super) fn still_points(project: &Project, first: &[Point3<f64>]) -> Vec<StillPoint> {
+    let point = |(v, mark): (usize, &Mark)| StillPoint {
+        first: first[v],
+        last_in_image: mark.at_px.into(),
+        sigma_px: project.sigma_px(mark),
+    };
+    still_marks(project, first.len()).map(point).collect()
 }
 
 /// A mark of the last frame that counts.
@@ -269,7 +280,9 @@ pub(super) fn influence(
         })
     };
     let slopes: Vec<Matrix3x2<f64>> = measured.iter().map(|m| m.placed.slope_mm_per_px).collect();
-    let common = (head.still_points > 0 && project.settings.marking_sigma_px > 0.0).then(|| {
+    // Marks without error leave none in the head's motion.
+    let still: Vec<(usize, &Mark)> = still_marks(project, first.len()).collect();
+    let common = (head.still_points > 0 && still.iter().any(|(_, m)| project.sigma_px(m) > 0.0)).then(|| {
         // A small further motion of the head moves the picture of every placed point; what follows is the mark's own slope
         // times that, backwards.
         let own = |m: &Measured| -> Matrix3x6<f64> {
@@ -282,7 +295,9 @@ pub(super) fn influence(
         for (slope, row) in of_vertex.iter_mut().zip(rows()) {
             *slope += row.map(|(k, w)| of_mark[k as usize] * w).sum::<Matrix3x6<f64>>();
         }
-        (of_vertex, head.covariance)
+        let follows = still.iter().zip(&head.follows);
+        let follows = follows.filter_map(|(&(v, _), &g)| Some((mark_of[v], g)).filter(|(k, _)| *k != u32::MAX));
+        Common { slopes: of_vertex, covariance: head.covariance, follows: follows.collect() }
     });
     MarkInfluence {
         weights: Influence::from_rows(rows()),

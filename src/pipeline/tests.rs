@@ -7,7 +7,7 @@ use crate::camera::{Camera, RigidMotion, Scale};
 use crate::displacement::{DepthRule, UnmarkedRule, VertexState};
 use crate::face::patches::{Noise, right_angled};
 use crate::face::{FaceModel, FaceParts, Landmark};
-use crate::project::{Edit, Feature, Mark, PointId, Project, Role};
+use crate::project::{Edit, Feature, Mark, MarkState, PointId, Project, Role};
 
 const N: usize = 15;
 const SIZE: [u32; 2] = [1000, 1000];
@@ -133,6 +133,39 @@ fn head_motion_is_removed_before_depth_is_chosen() {
     let thesis = run(&p, &face);
     assert!(thesis.peak().unwrap().1 > 0.0 && thesis.head.still_points == 0);
     assert!((thesis.last[0] - o.last[0]).norm() > 0.5);
+}
+
+#[test]
+fn the_error_of_the_still_points_reaches_skin_whose_marks_are_exact() {
+    let face = face();
+    let mut p = project(&face);
+    p.settings.marking_sigma_px = 0.0;
+    mark_all(&mut p, &face, |_| true);
+    for v in [0, N - 1, N * (N - 1), N * N - 1, 7] {
+        p.features.get_mut(&(v as u32)).unwrap().role = Role::Still;
+    }
+    assert!(run(&p, &face).field.sigma.iter().all(|s| *s == 0.0));
+    for f in p.features.values_mut().filter(|f| f.role == Role::Still) {
+        f.last.as_mut().unwrap().sigma_px = Some(0.3);
+    }
+    assert!(run(&p, &face).field.sigma[7 * N + 7] > 0.0);
+}
+
+#[test]
+fn only_eye_corners_that_are_marked_measure_a_scale() {
+    let face = face();
+    let mut p = project(&face);
+    p.scale = Scale::InnerEyeCorners { mm: 16.0 };
+    let o = run(&p, &face);
+    // 32 mm apart and 1.28 mm behind the view plane, said to be 16: 6 · 2 · 1000 / 1001.28.
+    assert!((o.camera.px_per_mm - 12_000.0 / 1001.28).abs() < 1e-9 && o.scale_measured && o.unit() == "N");
+    // A place that was only guessed is a note, never data.
+    let guess = p.landmarks.get_mut("eye_inner_left").unwrap();
+    (guess.at_px, guess.state) = ([900.0, 100.0], MarkState::Occluded);
+    let o = run(&p, &face);
+    assert!(!o.scale_measured && o.warnings.contains(&Warning::RelativeScale) && o.unit() == "relative");
+    p.landmarks.remove("eye_inner_left");
+    assert_eq!(run(&p, &face).camera, o.camera);
 }
 
 #[test]
