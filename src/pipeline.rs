@@ -4,6 +4,7 @@
 //! landmarks ─▶ customise ─▶ still points ─▶ head motion ─▶ marks ─▶ displacement ─▶ F = −K X ─▶ errors
 //! ```
 
+mod crumpling;
 pub mod outcome;
 mod stages;
 #[cfg(test)]
@@ -85,8 +86,9 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
     let first = stages::pinned_in_first_frame(project, mesh, &customized.positions, &camera);
     let first_in_image: Vec<Point2<f64>> = first.iter().map(|x| camera.image_from_face(x)).collect();
 
+    let still = stages::still_points(project, &first);
     let head = if settings.remove_head_motion {
-        crate::camera::head_motion::estimate(&camera, &stages::still_points(project, &first))
+        crate::camera::head_motion::estimate(&camera, &still)
     } else {
         HeadMotion::default()
     };
@@ -104,8 +106,16 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
             stages::fill(mesh, input)
         });
     let displaced = stages::displaced(&first, &measured, fill);
-    let last_in_image: Vec<Point2<f64>> =
-        displaced.iter().map(|x| camera.image_from_face(&head.motion.last_from_first(x))).collect();
+    let last_in_image = stages::seen_in_last_frame(&displaced, &camera, &head.motion);
+    let last_in_image = if still.is_empty() || head.still_points > 0 || !settings.remove_head_motion {
+        last_in_image
+    } else {
+        // Too few still points to remove the head's motion from data, and enough to predict with: otherwise each would drag
+        // the skin around it along, and the third would let every prediction jump.
+        let likely = crate::camera::head_motion::most_likely(&camera, &still).motion;
+        let measured = stages::place(&marked, &camera, &likely, mesh, &first, settings.depth);
+        stages::seen_in_last_frame(&stages::displaced(&first, &measured, fill), &camera, &likely)
+    };
 
     let springs = kept(
         &mut workspace.springs,
@@ -139,6 +149,9 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
         warnings,
     };
     stages::warn(project, &mut outcome, mesh);
+    if let Some(k) = &workspace.customized {
+        crumpling::warn(face, &k.from, &k.value, &mut outcome.warnings);
+    }
     outcome
 }
 
@@ -173,13 +186,10 @@ fn force_field(
 
 /// What was made last time from the same input, or made anew.
 fn kept<I: PartialEq, T>(slot: &mut Option<Kept<I, T>>, from: I, make: impl FnOnce(&I) -> T) -> &T {
-    if !slot.as_ref().is_some_and(|k| k.from == from) {
+    let same = slot.take().filter(|k| k.from == from);
+    let kept = same.unwrap_or_else(|| {
         let value = make(&from);
-        *slot = Some(Kept { from, value });
-    }
-    match slot {
-        Some(k) => &k.value,
-        // Filled two lines above.
-        None => unreachable!(),
-    }
+        Kept { from, value }
+    });
+    &slot.insert(kept).value
 }

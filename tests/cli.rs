@@ -255,9 +255,17 @@ fn export_writes_every_format_and_never_over_the_project() {
     ];
     for (format, start) in starts {
         let file = dir.path().join(format);
-        done(&["export", text(&project), "--format", format, "--out", text(&file)]);
-        assert!(fs::read_to_string(&file).unwrap().starts_with(start), "{format}");
+        let said = done(&["export", text(&project), "--format", format, "--out", text(&file)]);
+        // VTK's programs go by the ending, so it is added, and said.
+        let file = if format == "vtk" { dir.path().join("vtk.vtp") } else { file };
+        assert!(
+            said.contains(text(&file)) && fs::read_to_string(&file).unwrap().starts_with(start),
+            "{format}: {said}"
+        );
     }
+    let old = dir.path().join("forces.vtk");
+    assert!(done(&["export", text(&project), "--format", "vtk", "--out", text(&old)]).contains("by the ending .vtp"));
+    assert!(dir.path().join("forces.vtp").exists() && !old.exists());
     let coco: Value = serde_json::from_str(&fs::read_to_string(dir.path().join("coco")).unwrap()).unwrap();
     let keypoints = coco["categories"][0]["keypoints"].as_array().unwrap().len();
     assert_eq!(coco["annotations"][1]["keypoints"].as_array().unwrap().len(), 3 * keypoints);

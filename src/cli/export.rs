@@ -1,6 +1,6 @@
 //! `frontalis export`: marks and results for other programs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
@@ -19,7 +19,7 @@ pub struct Arguments {
     /// csv: marks as a table; tps: both frames as specimens; coco: keypoints; obj: the fitted face; vtk: the forces.
     #[arg(long, value_enum)]
     format: Format,
-    /// The file to write.
+    /// The file to write. For vtk its ending is .vtp; another one is put right.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Frame of the fitted face (obj).
@@ -43,7 +43,7 @@ enum FrameChoice {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let out = &arguments.out;
+    let out = &with_known_ending(&arguments.out, arguments.format);
     // Marks are of use even when a picture has been moved.
     let Scene { project, face, image_size_px, .. } = Scene::open(&arguments.project, Frames::Ignored)?;
     if out.exists() && out.canonicalize().ok() == arguments.project.canonicalize().ok() {
@@ -65,6 +65,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     };
     let failed = |source| CliError::Write { path: out.clone(), source };
     whole_file::write(out, text.as_bytes(), Durability::Process).map_err(failed)?;
-    println!("written to {}", out.display());
+    let why = if *out == arguments.out { "" } else { " (programs know VTK XML PolyData by the ending .vtp)" };
+    println!("written to {}{why}", out.display());
     Ok(())
+}
+
+/// The file to write: programs tell VTK's XML from its older format by the ending alone, so another one is put right.
+fn with_known_ending(out: &Path, format: Format) -> PathBuf {
+    match out.extension() {
+        _ if !matches!(format, Format::Vtk) => out.to_owned(),
+        Some(ending) if ending == "vtp" => out.to_owned(),
+        Some(ending) if ending == "vtk" => out.with_extension("vtp"),
+        _ => whole_file::with_ending(out, "vtp"),
+    }
 }

@@ -56,12 +56,8 @@ pub(super) fn results(
         title: project.name.clone(),
         ..HeightMapOptions::default()
     };
-    // The border carries the reaction of skin that nobody measured: a wall of it would hide the forces behind.
-    let mut values = outcome.field.magnitude(&outcome.states);
-    for (value, border) in values.iter_mut().zip(&outcome.border) {
-        *value = value.filter(|_| !border);
-    }
-    let picture = height_map::render(&outcome.first, face.mesh().triangles(), &values, &options)?;
+    let (first, values) = (outcome.first_from_eyes(face), outcome.magnitude_inside_border());
+    let picture = height_map::render(&first, face.mesh().triangles(), &values, &options)?;
     progress.stage("write");
     output.write("forces.csv", csv::forces(&outcome).as_bytes())?;
     output.write("forces.vtp", vtk::vtp(face.mesh(), &outcome).as_bytes())?;

@@ -9,6 +9,7 @@ use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
 use super::colour_map::{ColourMap, HATCHING, NOT_MEASURED};
+use super::robust_range::robust_largest;
 use super::svg::{self, SvgError};
 use super::ticks;
 use scene::Scene;
@@ -85,11 +86,11 @@ pub enum HeightMapError {
     Letters(#[from] SvgError),
 }
 
-/// Colours' range for values: 0 to the largest, or ± the largest where a value is negative. `[0, 1]` where there is none.
+/// Colours' range for values: 0 to the largest, or ± the largest where a value is negative; of a few values far above the rest
+/// ([`robust_largest`]) without those. `[0, 1]` where there is none.
 pub fn auto_range(values: &[Option<f64>]) -> [f64; 2] {
     let measured = || values.iter().flatten().copied().filter(|v| v.is_finite());
-    let largest = measured().fold(0.0_f64, |m, v| m.max(v.abs()));
-    match largest {
+    match robust_largest(measured()) {
         0.0 => [0.0, 1.0],
         m if measured().any(|v| v < 0.0) => [-m, m],
         m => [0.0, m],
@@ -181,10 +182,11 @@ fn lettering(
     let peak = largest.map_or_else(|| "nothing measured".to_owned(), |v| format!("largest {} {unit}", significant(v)));
     let _ = write!(
         out,
-        r##"<text x="32" y="80" fill="#5a5a64">{peak} · height ×{} mm/{} · {measured} of {} vertices shown</text>"##,
+        r##"<text x="32" y="80" fill="#5a5a64">{peak} · height ×{} mm/{} · {measured} of {} vertices shown{}</text>"##,
         significant(exaggeration),
         svg::escape(options.unit.split_whitespace().next().unwrap_or("unit")),
-        values.len()
+        values.len(),
+        cut_off(values, range)
     );
     axes(scene, &mut out);
     if let (Some((x, y)), Some(v)) = (scene.peak_in_picture, largest) {
@@ -200,6 +202,15 @@ fn lettering(
     legend(scene, options, range, &quantity, &unit, &mut out);
     out.push_str("</svg>");
     out
+}
+
+/// " · 3 beyond the bar": how many values have the colour of its end without being it.
+fn cut_off(values: &[Option<f64>], [low, high]: [f64; 2]) -> String {
+    let slack = 1e-9 * (high - low);
+    match values.iter().flatten().filter(|v| **v > high + slack || **v < low - slack).count() {
+        0 => String::new(),
+        n => format!(" · {n} beyond the bar"),
+    }
 }
 
 fn axes(scene: &Scene, out: &mut String) {

@@ -1,6 +1,5 @@
 //! `report.json`: what was solved, with what, how well, and what to beware of. Fields and units: `docs/file-formats.md`.
 
-use nalgebra::Vector3;
 use serde::Serialize;
 
 use crate::camera::Scale;
@@ -33,6 +32,7 @@ struct Report<'a> {
     scale: ScaleReport<'a>,
     force_unit: &'static str,
     head_motion: Head,
+    eye_midpoint_mm: Option<[f64; 3]>,
     peak: Option<Peak>,
     self_check: SelfCheck,
     outside_skin_table: Vec<usize>,
@@ -148,6 +148,7 @@ pub fn report(project: &Project, face: &FaceModel, outcome: &Outcome, circumstan
         },
         force_unit: outcome.unit(),
         head_motion: head(outcome, project.settings.remove_head_motion),
+        eye_midpoint_mm: outcome.eye_midpoint(face).map(|p| p.coords.into()),
         peak: peak(outcome),
         self_check: self_check(outcome),
         outside_skin_table: places(&outcome.field.outside_table),
@@ -188,7 +189,7 @@ fn peak(outcome: &Outcome) -> Option<Peak> {
 
 /// The internal forces of springs sum to zero; what is left is rounding, or something is wrong.
 fn self_check(outcome: &Outcome) -> SelfCheck {
-    let largest = outcome.field.force.iter().map(Vector3::norm).fold(0.0, f64::max);
+    let largest = outcome.field.peak(&outcome.states).map_or(0.0, |(_, force)| force);
     let sum = outcome.field.internal_sum;
     SelfCheck {
         sum_of_internal_forces: sum.into(),
@@ -209,7 +210,7 @@ mod tests {
     #[test]
     fn the_report_says_what_was_found() {
         let (project, face, mut outcome) = scene_of_one_triangle();
-        outcome.field.internal_sum = Vector3::new(0.0, 0.0, 5e-12);
+        outcome.field.internal_sum = nalgebra::Vector3::new(0.0, 0.0, 5e-12);
         outcome.field.outside_table[1] = true;
         outcome.warnings.push(Warning::RelativeScale);
         let circumstances = Circumstances {

@@ -1,6 +1,7 @@
 //! Which actions can be done now, and which switches are on: what menus, toolbar, palette and guide show greyed or ticked.
 
 use super::action::Action;
+use super::panels::forces::Tab;
 use super::panels::frames::{Tool, points};
 use super::view_state::{ViewState, Workspace};
 use super::{Scene, panels};
@@ -52,6 +53,7 @@ impl ActionState {
             _ => None,
         };
         let f = &view.frames;
+        let in_forces = view.workspace == Workspace::Forces;
         Self {
             undo: history.done().last().map(str::to_owned),
             redo: history.undone().next().map(str::to_owned),
@@ -68,13 +70,14 @@ impl ActionState {
                 tool: f.tool,
                 linked: f.linked,
                 swapped: f.swapped,
-                marks: f.show_marks,
+                // A switch that acts in the workspace shown tells of that workspace.
+                marks: if in_forces { view.forces.options.markers } else { f.show_marks },
                 names: f.show_names,
-                wireframe: f.wireframe.visible,
+                wireframe: if in_forces { view.forces.options.wireframe } else { f.show_marks && f.wireframe.visible },
                 region_only: f.wireframe.region_only,
                 loupe: f.loupe.always,
                 clahe: f.panes[f.active as usize].adjustment.clahe.is_some(),
-                table: f.table_shown,
+                table: if in_forces { view.forces.tab == Tab::Table } else { f.table_shown },
                 history: f.side == panels::frames::SideTab::History,
                 range_locked: view.forces.range_is_locked(),
             },

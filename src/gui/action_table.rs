@@ -112,7 +112,13 @@ pub const TABLE: &[Spec] = &[
         "Let the other pane show the same place as the active one.",
     ),
     row(A::Blink, M::View, "Swap pictures", &[plain(Key::T)], "Show each pane the other's picture. Hold B to blink."),
-    group(row(A::HideMarks, M::View, "Marks", &[plain(Key::V)], "Hide or show every mark.")),
+    group(row(
+        A::HideMarks,
+        M::View,
+        "Marks",
+        &[plain(Key::V)],
+        "Hide or show every mark, and in Frames the wireframe with them.",
+    )),
     row(A::ShowNames, M::View, "Names", &[plain(Key::N)], "Hide or show the points' names."),
     row(A::ShowWireframe, M::View, "Wireframe", &[plain(Key::W)], "Hide or show the wireframe."),
     row(

@@ -1,6 +1,6 @@
 //! The application: a frame is "show panels, run commands, poll jobs".
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::action::{self, Action};
@@ -13,6 +13,8 @@ use super::view_state::{ViewState, Workspace};
 use super::{Command, Scene, panels};
 use crate::face::FaceModel;
 use crate::pipeline::{self, Outcome};
+use crate::project::autosave::{self, Unnamed};
+use crate::project::recent::Recent;
 use crate::project::{History, Project, Which};
 
 /// Size of the picture while there is none, px: that of the thesis.
@@ -29,6 +31,9 @@ pub struct App {
     pub(super) jobs: Jobs,
     pub(super) dialogs: Box<dyn Dialogs>,
     pub(super) commands: Vec<Command>,
+    /// Where journals of projects without a file and the list of recent projects are kept, if unsaved work is kept at all.
+    pub(super) state_folder: Option<PathBuf>,
+    pub(super) recent: Recent,
 }
 
 /// The project that is open, and its file.
@@ -39,6 +44,8 @@ pub(super) struct OpenDocument {
     pub(super) path: Option<PathBuf>,
     /// Whether a journal of unsaved work is kept.
     pub(super) autosave: bool,
+    /// The journal.
+    pub(super) journal: Option<Journal>,
     /// The state of the history that the journal holds.
     pub(super) journalled: u64,
     /// Work that was found when the project was opened, until the person has said what becomes of it.
@@ -47,6 +54,32 @@ pub(super) struct OpenDocument {
     pub(super) nudging: bool,
     /// The window may close.
     pub(super) may_close: bool,
+}
+
+/// Where unsaved work is kept.
+#[derive(Debug)]
+pub(super) enum Journal {
+    /// Beside the project's file.
+    Beside(PathBuf),
+    /// In a place of this window's own.
+    Own(Unnamed),
+}
+
+impl Journal {
+    /// The journal of a project with this file, or without one.
+    pub(super) fn of(path: Option<&Path>, state_folder: Option<&Path>) -> Option<Self> {
+        match path {
+            Some(path) => Some(Self::Beside(autosave::beside(path))),
+            None => Unnamed::take(state_folder?).map(Self::Own),
+        }
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        match self {
+            Self::Beside(path) => path,
+            Self::Own(unnamed) => unnamed.journal(),
+        }
+    }
 }
 
 /// The chain, and the state of the history that it was run on.
@@ -63,6 +96,7 @@ impl OpenDocument {
             history: History::new(project),
             path,
             autosave,
+            journal: None,
             journalled: 0,
             found: None,
             nudging: false,
@@ -91,13 +125,27 @@ impl App {
             jobs: Jobs::default(),
             dialogs,
             commands: Vec::new(),
+            state_folder: None,
+            recent: Recent::default(),
         }
     }
 
     /// Keeps a journal of unsaved work, and asks about what is found in it.
     #[must_use]
-    pub fn with_autosave(mut self) -> Self {
+    pub fn with_autosave(self) -> Self {
+        self.with_autosave_in(autosave::state_folder())
+    }
+
+    /// The same, with what belongs to no project's folder kept in this one.
+    #[must_use]
+    pub fn with_autosave_in(mut self, state_folder: Option<PathBuf>) -> Self {
+        self.recent = Recent::read(state_folder.as_deref());
+        self.state_folder = state_folder;
         self.document.autosave = true;
+        self.document.journal = Journal::of(self.document.path.as_deref(), self.state_folder.as_deref());
+        if let Some(path) = self.document.path.clone() {
+            self.recent.add(&path);
+        }
         self.look_for_unsaved_work();
         self
     }
@@ -187,9 +235,9 @@ impl App {
         let state = self.action_state(&ctx);
         let title = self.title();
         set_window_title(&ctx, &title);
-        let Self { document, outcome, face, view, pictures, jobs, commands, .. } = self;
+        let Self { document, outcome, face, view, pictures, jobs, commands, recent, .. } = self;
         let scene = Scene { project: document.history.project(), outcome, face };
-        egui::Panel::top("menu").show(ui, |ui| panels::menu::show(ui, view, &title, &state, commands));
+        egui::Panel::top("menu").show(ui, |ui| panels::menu::show(ui, view, &title, &state, recent, commands));
         egui::Panel::bottom("status").exact_size(26.0).show(ui, |ui| {
             panels::status::show(ui, scene, view, jobs, commands);
         });

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::action::Action;
 use super::dialogs::Purpose;
 use super::modal::Modal;
+use super::rescue::Rescue;
 use super::view_state::NoticeKind;
 use crate::project::{Edit, PointId, Which};
 
@@ -47,6 +48,12 @@ pub enum Command {
     SaveThen(After),
     /// Take the work that was found, or throw it away.
     Recover(bool),
+    /// Open what lies beside a project that cannot be read.
+    Rescue(PathBuf, Rescue),
+    /// Open a project of the list of recent ones.
+    OpenRecent(PathBuf),
+    /// Forget the recent projects.
+    ForgetRecent,
     /// Say something in the status bar.
     Tell(NoticeKind, String),
     /// Stop a long work.

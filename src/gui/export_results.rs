@@ -55,8 +55,8 @@ fn picture(project: &Project, face: &FaceModel, outcome: &Outcome) -> Result<Vec
         title: project.name.clone(),
         ..HeightMapOptions::default()
     };
-    let values = outcome.field.magnitude(&outcome.states);
-    let drawn = height_map::render(&outcome.first, face.mesh().triangles(), &values, &options);
+    let (first, values) = (outcome.first_from_eyes(face), outcome.magnitude_inside_border());
+    let drawn = height_map::render(&first, face.mesh().triangles(), &values, &options);
     let mut bytes = Cursor::new(Vec::new());
     let png = drawn.map_err(|e| e.to_string())?.write_to(&mut bytes, image::ImageFormat::Png);
     png.map_err(|e| format!("the height map cannot be written as PNG ({e})"))?;

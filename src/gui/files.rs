@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::app::{App, OpenDocument};
+use super::app::{App, Journal, OpenDocument};
 use super::command::After;
 use super::dialogs::Purpose;
 use super::jobs::{About, Finished};
 use super::modal::Modal;
 use super::pictures::{self, Pictures};
 use super::view_state::NoticeKind;
-use super::{Command, dialogs, export_results};
+use super::{Command, dialogs, export_results, rescue};
 use crate::face::{self, FaceModel};
 use crate::frames::FrameSequence;
 use crate::project::whole_file::{self, Durability};
@@ -51,6 +51,9 @@ impl App {
     pub(super) fn open_document(&mut self, project: Project, path: Option<PathBuf>) {
         self.remove_journal();
         self.document = OpenDocument::new(project, path, self.document.autosave);
+        if self.document.autosave {
+            self.document.journal = Journal::of(self.document.path.as_deref(), self.state_folder.as_deref());
+        }
         self.pictures = Pictures::default();
         self.view.focus.selected = None;
         self.view.frames.drag = None;
@@ -65,8 +68,9 @@ impl App {
             Ok((project, face)) => {
                 self.face = face;
                 self.open_document(project, Some(path.to_owned()));
+                self.recent.add(path);
             }
-            Err(why) => self.fail("The project cannot be opened", why),
+            Err(why) => self.offer_rescue(path, why),
         }
     }
 
@@ -109,6 +113,10 @@ impl App {
         }
         self.document.saved = project;
         self.tell(NoticeKind::Done, format!("Saved to {}.", path.display()), ctx);
+        self.recent.add(&path);
+        if self.document.autosave && self.document.path.as_ref() != Some(&path) {
+            self.document.journal = Journal::of(Some(&path), self.state_folder.as_deref());
+        }
         self.document.path = Some(path);
         if let Some(after) = then {
             self.commands.push(Command::Proceed(after));
@@ -191,10 +199,10 @@ impl App {
             return;
         }
         document.journalled = revision;
-        let Some(journal) = autosave::path(document.path.as_deref()) else { return };
+        let Some(journal) = document.journal.as_ref().map(Journal::path) else { return };
         if document.history.project() == &document.saved {
-            autosave::remove(&journal);
-        } else if let Err(e) = autosave::write(document.history.project(), &journal) {
+            autosave::remove(journal);
+        } else if let Err(e) = autosave::write(document.history.project(), journal) {
             document.autosave = false;
             self.fail("Unsaved work cannot be kept safe", format!("{e}. Save often."));
         }
@@ -203,27 +211,19 @@ impl App {
     fn remove_journal(&mut self) {
         if self.document.autosave
             && self.document.found.is_none()
-            && let Some(journal) = autosave::path(self.document.path.as_deref())
+            && let Some(journal) = &self.document.journal
         {
-            autosave::remove(&journal);
+            autosave::remove(journal.path());
         }
     }
 
     /// Asks about work that was not saved, if there is any.
     pub(super) fn look_for_unsaved_work(&mut self) {
-        if !self.document.autosave {
-            return;
-        }
-        if let Some(found) = autosave::recover(self.document.path.as_deref()) {
-            self.document.found = Some(found.project);
-            let age = found.saved_at.elapsed().map_or(0, |age| age.as_secs() / 60);
-            let when = match age {
-                0 => ", written a moment ago".to_owned(),
-                1..120 => format!(", {age} minutes old"),
-                120..2880 => format!(", {} hours old", age / 60),
-                _ => format!(", {} days old", age / 1440),
-            };
-            self.view.modal = Some(Modal::Recover { when });
+        let document = &mut self.document;
+        let Some(journal) = document.journal.as_ref().filter(|_| document.autosave) else { return };
+        if let Some(found) = autosave::recover(journal.path(), document.path.as_deref()) {
+            document.found = Some(found.project);
+            self.view.modal = Some(Modal::Recover { when: rescue::age(found.saved_at) });
         }
     }
 
@@ -235,8 +235,9 @@ impl App {
             return;
         }
         let saved = self.document.saved.clone();
+        let journal = self.document.journal.take();
         self.document = OpenDocument::new(found, self.document.path.clone(), self.document.autosave);
-        self.document.saved = saved;
+        (self.document.saved, self.document.journal) = (saved, journal);
         self.solve_anew();
     }
 
@@ -264,6 +265,15 @@ impl App {
 /// One line: the file, the place, the reason, the remedy.
 pub fn read_project(path: &Path) -> Result<(Project, Arc<FaceModel>), String> {
     let project = file::load(path).map_err(|e| e.to_string())?;
+    let face = face_of(&project, path)?;
+    Ok((project, face))
+}
+
+/// The face that a project at `path` names; refuses marks on what that face does not have.
+///
+/// # Errors
+/// One line: the file, the place, the reason, the remedy.
+pub fn face_of(project: &Project, path: &Path) -> Result<Arc<FaceModel>, String> {
     let face = match &project.face {
         FaceSource::Generic => face::generic(),
         FaceSource::File { path: text, sha256 } => {
@@ -274,8 +284,8 @@ pub fn read_project(path: &Path) -> Result<(Project, Arc<FaceModel>), String> {
             }
         }
     };
-    file::check_bindings(path, &project, &face).map_err(|e| e.to_string())?;
-    Ok((project, face))
+    file::check_bindings(path, project, &face).map_err(|e| e.to_string())?;
+    Ok(face)
 }
 
 /// The sample's frames lie in the program; a project of them that is saved takes them along.

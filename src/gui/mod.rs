@@ -14,10 +14,12 @@ pub mod modal;
 pub mod orbit_view;
 pub mod panels;
 pub mod pictures;
+pub mod rescue;
 mod run_command;
 pub mod texture;
 pub mod theme;
 pub mod view_state;
+pub mod wheel;
 
 pub use action::Action;
 pub use app::App;
@@ -58,20 +60,28 @@ pub enum WindowError {
 /// # Errors
 /// When the project cannot be opened, or there is no display or no way to draw on it.
 pub fn start(path: Option<PathBuf>) -> Result<(), WindowError> {
-    let (project, face) = if let Some(path) = &path {
-        files::read_project(path).map_err(WindowError::Project)?
-    } else {
+    let Some(path) = path else {
         let sample = crate::project::sample::project().map_err(|e| WindowError::Project(e.to_string()))?;
-        (sample, crate::face::generic())
+        return run(sample, None, crate::face::generic(), None);
     };
-    run(project, path, face)
+    match files::read_project(&path) {
+        Ok((project, face)) => run(project, Some(path), face, None),
+        // With work beside it that can be taken instead, the window opens and asks.
+        Err(why) if !rescue::found_beside(&path).is_empty() => {
+            run(Project::default(), None, crate::face::generic(), Some((path, why)))
+        }
+        Err(why) => Err(WindowError::Project(why)),
+    }
 }
 
-/// Opens the window on a project and returns when it is closed. Unsaved work is kept safe meanwhile.
-///
-/// # Errors
-/// When there is no display, or no way to draw on it.
-pub fn run(project: Project, path: Option<PathBuf>, face: Arc<FaceModel>) -> Result<(), WindowError> {
+/// Opens the window on a project and returns when it is closed. Unsaved work is kept safe meanwhile. `spoilt` is a project that cannot
+/// be read, with the reason.
+fn run(
+    project: Project,
+    path: Option<PathBuf>,
+    face: Arc<FaceModel>,
+    spoilt: Option<(PathBuf, String)>,
+) -> Result<(), WindowError> {
     let viewport = egui::ViewportBuilder::default()
         .with_title("Frontalis")
         .with_app_id("frontalis")
@@ -81,7 +91,11 @@ pub fn run(project: Project, path: Option<PathBuf>, face: Arc<FaceModel>) -> Res
     let options = eframe::NativeOptions { viewport, ..eframe::NativeOptions::default() };
     let create = move |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, BoxedError> {
         theme::install(&cc.egui_ctx);
-        Ok(Box::new(App::new(project, path, face, Box::<dialogs::NativeDialogs>::default()).with_autosave()))
+        let mut app = App::new(project, path, face, Box::<dialogs::NativeDialogs>::default()).with_autosave();
+        if let Some((path, why)) = spoilt {
+            app.offer_rescue(&path, why);
+        }
+        Ok(Box::new(app))
     };
     eframe::run_native("Frontalis", options, Box::new(create)).map_err(|e| WindowError::NoWindow(e.to_string()))
 }

@@ -1,8 +1,11 @@
 //! The dialogs inside the window: one is open at a time, and nothing else is answered meanwhile.
 
+use std::path::PathBuf;
+
 use super::command::After;
 use super::dialogs::Purpose;
 use super::panels::sequence::SequenceView;
+use super::rescue::Rescue;
 
 /// Which dialog is open, with what has been typed into it.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +34,15 @@ pub enum Modal {
     Recover {
         /// When it was written: ", 5 minutes old".
         when: String,
+    },
+    /// A project cannot be read, and something beside it can.
+    Spoilt {
+        /// The project.
+        path: PathBuf,
+        /// Why it cannot be read: one line.
+        why: String,
+        /// What can be read, each with its age.
+        found: Vec<(Rescue, String)>,
     },
     /// Every key.
     Keys,

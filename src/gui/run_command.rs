@@ -68,6 +68,9 @@ impl App {
             Command::Proceed(after) => self.proceed(after, ctx),
             Command::SaveThen(after) => self.save(Some(after), ctx),
             Command::Recover(take) => self.recover(take),
+            Command::Rescue(path, which) => self.rescue(&path, which),
+            Command::OpenRecent(path) => self.unless_unsaved(After::Open(path), ctx),
+            Command::ForgetRecent => self.recent.clear(),
             Command::Tell(kind, text) => self.tell(kind, text, ctx),
             Command::CancelJob(id) => {
                 if let Some(About::Picture(which)) = self.jobs.cancel(id) {
@@ -135,7 +138,7 @@ impl App {
             Action::Blink => frames.swapped = !frames.swapped,
             Action::HideMarks => frames.show_marks = !frames.show_marks,
             Action::ShowNames => frames.show_names = !frames.show_names,
-            Action::ShowWireframe => frames.wireframe.visible = !frames.wireframe.visible,
+            Action::ShowWireframe => frames.toggle_wireframe(),
             Action::RegionOnly => frames.wireframe.region_only = !frames.wireframe.region_only,
             Action::LoupeAlways => frames.loupe.always = !frames.loupe.always,
             Action::Clahe => {

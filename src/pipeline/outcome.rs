@@ -4,6 +4,7 @@ use nalgebra::{Point2, Point3, Vector3};
 
 use crate::camera::{Camera, HeadMotion};
 use crate::displacement::VertexState;
+use crate::face::FaceModel;
 
 /// The result of the whole chain for one project. Every list over vertices has one item a vertex of the face.
 #[derive(Clone, Debug, PartialEq)]
@@ -122,6 +123,24 @@ pub enum Warning {
         /// A vertex of the first of them.
         vertex: u32,
     },
+    /// Two landmarks have each other's marks.
+    #[error("The marks of {} and {} seem swapped: each lies where the other is expected.", .names[0], .names[1])]
+    Swapped {
+        /// The landmarks.
+        ids: [String; 2],
+        /// Their names for people.
+        names: [String; 2],
+    },
+    /// A landmark's mark turns triangles over.
+    #[error("The mark of {name} folds the wireframe of the first frame ({count} triangles lie upside down): check it.")]
+    Crumpled {
+        /// Number of triangles folded.
+        count: usize,
+        /// The landmark to blame.
+        id: String,
+        /// Its name for people.
+        name: String,
+    },
     /// Strains beyond the table.
     #[error("{count} vertices have a spring strained beyond the skin table: their forces are extrapolated.")]
     OutsideTable {
@@ -180,6 +199,31 @@ impl Outcome {
             .map(|v| if self.is_believed(v) { self.states[v] } else { VertexState::Unmeasured })
             .collect();
         self.field.peak(&believed).or_else(|| self.field.peak(&self.states))
+    }
+
+    /// The middle between the inner eye corners in the first frame, mm: from there people measure a face. Positions of the chain are
+    /// measured from the optical axis instead, as the projection wants them. Absent for a face without those two landmarks.
+    pub fn eye_midpoint(&self, face: &FaceModel) -> Option<Point3<f64>> {
+        let at = |id: &str| face.landmark(id).and_then(|l| self.first.get(l.vertex as usize));
+        let [left, right] = super::stages::EYE_CORNERS.map(at);
+        Some(nalgebra::center(left?, right?))
+    }
+
+    /// Positions in the first frame as people read them, mm: from the middle between the inner eye corners
+    /// ([`Outcome::eye_midpoint`]), or from the optical axis where there is none.
+    pub fn first_from_eyes(&self, face: &FaceModel) -> Vec<Point3<f64>> {
+        let origin = self.eye_midpoint(face).unwrap_or_else(Point3::origin).coords;
+        self.first.iter().map(|x| x - origin).collect()
+    }
+
+    /// Length of each force, absent where nothing is known of the vertex and on the border, which carries the reaction of skin
+    /// that nobody measured: a wall of it would hide the forces behind.
+    pub fn magnitude_inside_border(&self) -> Vec<Option<f64>> {
+        let mut values = self.field.magnitude(&self.states);
+        for (value, border) in values.iter_mut().zip(&self.border) {
+            *value = value.filter(|_| !border);
+        }
+        values
     }
 
     /// "N" or "relative".

@@ -16,7 +16,7 @@ use crate::forces::{Common, Influence, MarkInfluence};
 use crate::project::{Mark, Project, Role};
 
 /// Landmark ids of the inner eye corners, which set the scale.
-const EYE_CORNERS: [&str; 2] = ["eye_inner_left", "eye_inner_right"];
+pub(super) const EYE_CORNERS: [&str; 2] = ["eye_inner_left", "eye_inner_right"];
 /// Share of the picture's height that a face fills before anything is known: as wide as portraits are framed.
 const FACE_SHARE: f64 = 0.75;
 
@@ -257,6 +257,11 @@ pub(super) fn displaced(first: &[Point3<f64>], measured: &[Measured], fill: &Fil
         }
     }
     last
+}
+
+/// Where the last frame shows every vertex: the head's motion put back.
+pub(super) fn seen_in_last_frame(last: &[Point3<f64>], camera: &Camera, motion: &RigidMotion) -> Vec<Point2<f64>> {
+    last.iter().map(|x| camera.image_from_face(&motion.last_from_first(x))).collect()
 }
 
 /// How every known vertex follows the marks: measured ones their own, inferred ones those around them, all the head's motion.

@@ -4,7 +4,7 @@
 //! every committed gesture; a program that is killed loses at most the gesture in progress.
 
 use std::ffi::OsString;
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -24,17 +24,54 @@ pub struct Recovered {
     pub saved_at: SystemTime,
 }
 
-/// The journal of a project: beside its file, or in the user's folder for such things while it has none.
-///
-/// Absent only where the system names no such folder.
-pub fn path(project_path: Option<&Path>) -> Option<PathBuf> {
-    match project_path {
-        Some(project) => Some(with_ending(project, ENDING)),
-        None => {
-            Some(state_folder(&|name| std::env::var_os(name))?.join(format!("unnamed.{}.{ENDING}", file::EXTENSION)))
+/// The journal of a project with a file: beside it.
+pub fn beside(project: &Path) -> PathBuf {
+    with_ending(project, ENDING)
+}
+
+/// The place where a window keeps the journal of a project that has no file yet. No other window has the same one.
+#[derive(Debug)]
+pub struct Unnamed {
+    journal: PathBuf,
+    /// Locked while the window lives; the system frees it when the program ends, however it ends.
+    _lock: File,
+}
+
+impl Unnamed {
+    /// Takes a place in the folder that no living window holds: one with work left by a window that died, if there is any.
+    ///
+    /// Absent where the folder cannot be written.
+    pub fn take(folder: &Path) -> Option<Self> {
+        fs::create_dir_all(folder).ok()?;
+        let mut free = None;
+        for n in 1..=MOST_UNNAMED {
+            let name = if n == 1 { "unnamed".to_owned() } else { format!("unnamed-{n}") };
+            let journal = folder.join(format!("{name}.{}.{ENDING}", file::EXTENSION));
+            let path = folder.join(format!("{name}.lock"));
+            let fresh = !path.exists() && !journal.exists();
+            let Ok(lock) = File::options().create(true).truncate(false).write(true).open(&path) else { continue };
+            if lock.try_lock().is_err() {
+                continue;
+            }
+            let left = journal.exists();
+            if left || free.is_none() {
+                free = Some(Self { journal, _lock: lock });
+            }
+            if left || fresh {
+                break;
+            }
         }
+        free
+    }
+
+    /// Its journal.
+    pub fn journal(&self) -> &Path {
+        &self.journal
     }
 }
+
+/// Windows without a project file that are told apart; a further one keeps no journal.
+const MOST_UNNAMED: usize = 64;
 
 /// Writes the journal: whole or not at all, without waiting for the disk (a few hundred microseconds).
 pub fn write(project: &Project, journal: &Path) -> Result<(), ProjectFileError> {
@@ -50,29 +87,35 @@ pub fn remove(journal: &Path) {
     let _ = fs::remove_file(journal);
 }
 
-/// What was not saved: the journal of a project, where it is not older than the project's file and differs from it.
+/// What was not saved: the journal, where it differs from the project's file and is not older. Where the file is gone or spoilt,
+/// its age says nothing.
 ///
 /// A damaged journal is none.
-pub fn recover(project_path: Option<&Path>) -> Option<Recovered> {
-    recover_from(&path(project_path)?, project_path)
-}
-
-fn recover_from(journal: &Path, project_path: Option<&Path>) -> Option<Recovered> {
-    let saved_at = fs::metadata(journal).ok()?.modified().ok()?;
-    let project = file::load(journal).ok()?;
+pub fn recover(journal: &Path, project_path: Option<&Path>) -> Option<Recovered> {
+    let found = read(journal)?;
     if let Some(saved) = project_path {
-        let older = fs::metadata(saved).and_then(|m| m.modified()).is_ok_and(|at| saved_at < at);
-        if older || file::load(saved).is_ok_and(|s| s == project) {
+        let older = fs::metadata(saved).and_then(|m| m.modified()).is_ok_and(|at| found.saved_at < at);
+        if file::load(saved).is_ok_and(|s| older || s == found.project) {
             return None;
         }
-    } else if project == Project::default() {
+    } else if found.project == Project::default() {
         return None;
     }
-    Some(Recovered { project, saved_at })
+    Some(found)
 }
 
-/// Where programs keep what should survive them but is no document.
-fn state_folder(variable: &dyn Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
+/// A journal, or the copy that a save has kept, if it can be read.
+pub fn read(path: &Path) -> Option<Recovered> {
+    let saved_at = fs::metadata(path).ok()?.modified().ok()?;
+    Some(Recovered { project: file::load(path).ok()?, saved_at })
+}
+
+/// Where this system keeps what should survive programs but is no document; absent where it names no such folder.
+pub fn state_folder() -> Option<PathBuf> {
+    state_folder_of(&|name| std::env::var_os(name))
+}
+
+fn state_folder_of(variable: &dyn Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
     let folder = |name: &str| variable(name).map(PathBuf::from).filter(|p| p.is_absolute());
     let base = if cfg!(windows) {
         folder("LOCALAPPDATA")
@@ -96,46 +139,63 @@ mod tests {
     fn what_was_not_saved_comes_back() {
         let dir = tempfile::tempdir().unwrap();
         let saved = dir.path().join("p.frontalis.json");
-        let journal = path(Some(&saved)).unwrap();
+        let journal = beside(&saved);
         assert_eq!(journal, dir.path().join("p.frontalis.json.autosave"));
-        assert_eq!(recover(Some(&saved)), None);
+        assert_eq!(recover(&journal, Some(&saved)), None);
         file::save(&named("saved"), &saved).unwrap();
         write(&named("saved"), &journal).unwrap();
-        assert_eq!(recover(Some(&saved)), None);
+        assert_eq!(recover(&journal, Some(&saved)), None);
         write(&named("later"), &journal).unwrap();
-        assert_eq!(recover(Some(&saved)).unwrap().project, named("later"));
-        // The file itself may be gone or spoilt: the journal is all the more wanted.
+        assert_eq!(recover(&journal, Some(&saved)).unwrap().project, named("later"));
+        // The file itself may be gone or spoilt, even after the journal was written: the journal is all the more wanted.
         fs::write(&saved, "spoilt").unwrap();
-        write(&named("later"), &journal).unwrap();
-        assert_eq!(recover(Some(&saved)).unwrap().project, named("later"));
+        assert_eq!(recover(&journal, Some(&saved)).unwrap().project, named("later"));
         remove(&journal);
-        assert_eq!(recover(Some(&saved)), None);
+        assert_eq!(recover(&journal, Some(&saved)), None);
     }
 
     #[test]
     fn a_damaged_or_older_journal_is_none() {
         let dir = tempfile::tempdir().unwrap();
         let saved = dir.path().join("p.frontalis.json");
-        let journal = path(Some(&saved)).unwrap();
+        let journal = beside(&saved);
         write(&named("later"), &journal).unwrap();
         let whole = fs::read(&journal).unwrap();
         for length in 0..whole.len() - 1 {
             fs::write(&journal, &whole[..length]).unwrap();
-            assert_eq!(recover(Some(&saved)), None);
+            assert_eq!(recover(&journal, Some(&saved)), None);
         }
         fs::write(&journal, &whole).unwrap();
         file::save(&named("saved"), &saved).unwrap();
         let old = SystemTime::now() - std::time::Duration::from_mins(1);
         fs::File::options().write(true).open(&journal).unwrap().set_modified(old).unwrap();
-        assert_eq!(recover(Some(&saved)), None);
+        assert_eq!(recover(&journal, Some(&saved)), None);
     }
 
     #[test]
     fn an_unnamed_project_has_a_place_too() {
         let home =
             |name: &str| (name == "HOME" || name == "LOCALAPPDATA").then(|| OsString::from(std::env::temp_dir()));
-        assert!(state_folder(&home).unwrap().ends_with("frontalis"));
-        assert_eq!(state_folder(&|_| None), None);
-        assert_eq!(state_folder(&|_| Some(OsString::from("relative"))), None);
+        assert!(state_folder_of(&home).unwrap().ends_with("frontalis"));
+        assert_eq!(state_folder_of(&|_| None), None);
+        assert_eq!(state_folder_of(&|_| Some(OsString::from("relative"))), None);
+    }
+
+    #[test]
+    fn two_windows_without_a_file_have_two_journals_and_what_a_dead_one_left_is_found() {
+        let dir = tempfile::tempdir().unwrap();
+        let one = Unnamed::take(dir.path()).unwrap();
+        let two = Unnamed::take(dir.path()).unwrap();
+        assert_ne!(one.journal(), two.journal());
+        write(&named("of the second"), two.journal()).unwrap();
+        let left = two.journal().to_owned();
+        drop(two);
+        // The first window lives, so its place is not taken; the second one's work waits for whoever comes next.
+        let three = Unnamed::take(dir.path()).unwrap();
+        assert_eq!(three.journal(), left);
+        assert_eq!(recover(three.journal(), None).unwrap().project, named("of the second"));
+        drop((one, three));
+        // With both places free, the one with work in it comes first.
+        assert_eq!(Unnamed::take(dir.path()).unwrap().journal(), left);
     }
 }

@@ -9,6 +9,7 @@ pub mod frames_check;
 pub mod history;
 mod json;
 pub mod paths;
+pub mod recent;
 pub mod sample;
 pub mod whole_file;
 

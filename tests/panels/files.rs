@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use egui::{Key, Modifiers};
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use frontalis::gui::dialogs::{Answer, Purpose};
 use frontalis::gui::modal::Modal;
 use frontalis::gui::{Action, App, Command};
@@ -277,4 +277,96 @@ fn adjusting_a_frame_that_was_replaced_meanwhile_says_so() {
     key(&mut window, Key::C);
     settle(&mut window);
     window.get_by_label_contains("was replaced by another picture");
+}
+
+#[test]
+fn a_spoilt_project_offers_what_lies_beside_it_and_is_never_overwritten() {
+    use frontalis::project::{Edit, autosave};
+    let folder = tempfile::tempdir().unwrap();
+    let face = frontalis::face::generic();
+    let at = folder.path().join("work.frontalis.json");
+    let saved = project(folder.path(), &face, true);
+    file::save(&saved, &at).unwrap();
+    let mut later = saved.clone();
+    Edit::Rename("later".into()).apply(&mut later).unwrap();
+    // The copy of the save before, and the journal after it.
+    file::save(&later, &at).unwrap();
+    let mut unsaved = later.clone();
+    Edit::ClearLast.apply(&mut unsaved).unwrap();
+    autosave::write(&unsaved, &autosave::beside(&at)).unwrap();
+    let whole = std::fs::read(&at).unwrap();
+    std::fs::write(&at, &whole[..whole.len() / 2]).unwrap();
+    for (button, expected) in [("Take the unsaved work", &unsaved), ("Take the copy before the last save", &saved)] {
+        let person = Person::default();
+        person.will_choose(&[&at]);
+        let mut window = empty(&person);
+        keys(&mut window, Modifiers::COMMAND, Key::O);
+        settle(&mut window);
+        assert!(matches!(window.state().view().modal, Some(Modal::Spoilt { .. })), "{:?}", window.state().view().modal);
+        window.get_by_label_contains(button).click();
+        settle(&mut window);
+        assert_eq!(window.state().project(), expected);
+        assert!(window.state().unsaved() && window.query_by_label_contains("no such file").is_none());
+        keys(&mut window, Modifiers::COMMAND, Key::S);
+        settle(&mut window);
+        assert!(!window.state().unsaved());
+        assert_eq!(std::fs::read(&at).unwrap(), whole[..whole.len() / 2], "the spoilt file is left alone");
+    }
+    assert!(folder.path().join("work-recovered.frontalis.json").exists());
+    assert!(folder.path().join("work-recovered-2.frontalis.json").exists());
+}
+
+#[test]
+fn recent_projects_are_listed_opened_and_grey_when_gone() {
+    let (folder, state) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let face = frontalis::face::generic();
+    let project = project(folder.path(), &face, true);
+    let [a, b] = ["first one", "second one"].map(|n| folder.path().join(format!("{n}.frontalis.json")));
+    file::save(&project, &a).unwrap();
+    file::save(&project, &b).unwrap();
+    let start = |path: Option<std::path::PathBuf>| {
+        let opened = path.as_deref().map_or_else(Project::default, |p| file::load(p).unwrap());
+        let app = App::new(opened, path, frontalis::face::generic(), Box::new(Person::default()));
+        show(app.with_autosave_in(Some(state.path().to_owned())), SIZE, true)
+    };
+    drop(start(Some(a.clone())));
+    drop(start(Some(b.clone())));
+    std::fs::remove_file(&b).unwrap();
+    let mut window = start(None);
+    window.get_by_role_and_label(egui::Role::Button, "File").click();
+    window.run_steps(4);
+    window.get_by_label_contains("Open recent").click();
+    window.run_steps(4);
+    let gone = window.get_by_label("second one.frontalis.json");
+    assert!(gone.accesskit_node().is_disabled());
+    window.get_by_label("first one.frontalis.json").click();
+    settle(&mut window);
+    assert_eq!(window.state().project(), &project);
+}
+
+#[test]
+fn two_windows_without_a_file_do_not_share_a_journal() {
+    let state = tempfile::tempdir().unwrap();
+    let start = || {
+        let app = App::new(Project::default(), None, frontalis::face::generic(), Box::new(Person::default()));
+        show(app.with_autosave_in(Some(state.path().to_owned())), SIZE, true)
+    };
+    let (mut one, mut two) = (start(), start());
+    for (window, name) in [(&mut one, "one"), (&mut two, "two")] {
+        window.state_mut().push(Command::Edit(frontalis::project::Edit::Rename(name.into())));
+        window.run_steps(3);
+    }
+    // Both are killed.
+    drop((one, two));
+    let mut found = Vec::new();
+    let mut windows = Vec::new();
+    for _ in 0..2 {
+        let mut window = start();
+        window.get_by_label("Recover it").click();
+        window.run_steps(3);
+        found.push(window.state().project().name.clone());
+        windows.push(window);
+    }
+    found.sort();
+    assert_eq!(found, ["one", "two"]);
 }

@@ -59,6 +59,9 @@ struct View {
     centre: (f64, f64),
 }
 
+/// Heights drawn, in lengths of the colour bar, at most.
+const HIGHEST: f64 = 2.0;
+
 impl View {
     fn of(options: &HeightMapOptions) -> Self {
         Self { turn: options.azimuth.sin_cos(), tip: options.elevation.sin_cos(), px_per_mm: 1.0, centre: (0.0, 0.0) }
@@ -119,13 +122,15 @@ impl Scene {
         };
         let n = positions.len();
         // Vertex i raised, vertex n + i on the base.
-        let raised = |i: usize| values[i].map_or(0.0, |v| v * exaggeration);
+        // A wild value must not shrink all the rest: nothing stands higher than twice the bar.
+        let most = HIGHEST * range[0].abs().max(range[1].abs());
+        let raised = |i: usize| values[i].map_or(0.0, |v| v.clamp(-most, most) * exaggeration);
         scene.points = (0..n).map(|i| Point3::new(positions[i].x, positions[i].y, raised(i))).collect();
         scene.points.extend(positions.iter().map(|p| Point3::new(p.x, p.y, 0.0)));
         scene.values = values.iter().map(|v| v.unwrap_or(0.0)).chain(values.iter().map(|v| v.unwrap_or(0.0))).collect();
         scene.raise(triangles, values, n);
         scene.lay_floor();
-        scene.place_peak(values, exaggeration);
+        scene.place_peak(values);
         scene
     }
 
@@ -231,10 +236,10 @@ impl Scene {
         ];
     }
 
-    fn place_peak(&mut self, values: &[Option<f64>], exaggeration: f64) {
+    fn place_peak(&mut self, values: &[Option<f64>]) {
         let measured = values.iter().enumerate().filter_map(|(i, v)| v.map(|v| (i, v)));
-        let Some((i, v)) = measured.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())) else { return };
-        let c = self.view.corner(&Point3::new(self.points[i].x, self.points[i].y, v * exaggeration));
+        let Some((i, _)) = measured.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())) else { return };
+        let c = self.view.corner(&self.points[i]);
         self.peak_in_picture = Some((c.x, c.y));
     }
 

@@ -90,7 +90,8 @@ mod tests {
         let (mesh, values) = wall();
         let surface = Surface::new(&mesh, mesh.positions(), &values, 10.0, Relief::Plane);
         let canvas = Rect::from_min_max(pos2(0.0, 0.0), pos2(400.0, 800.0));
-        let projection = OrbitView::standard(StandardView::Front).project_into(canvas, surface.extent(0..mesh.len()));
+        let projection =
+            OrbitView::standard(StandardView::Front).project_into(canvas, surface.extent(0..mesh.len(), f64::INFINITY));
         let projected = Projected::new(&surface, &projection);
         for v in 0..mesh.len() {
             let at = place(&projected, &values, v);
@@ -107,7 +108,7 @@ mod tests {
         view.elevation = 30_f64.to_radians();
         let projected = |mm_per_unit: f64| {
             let s = Surface::new(&mesh, mesh.positions(), &values, mm_per_unit, Relief::Plane);
-            let p = view.project_into(canvas, s.extent(0..mesh.len()));
+            let p = view.project_into(canvas, s.extent(0..mesh.len(), f64::INFINITY));
             (Projected::new(&s, &p), s)
         };
         // From 30° above the plan, up on the screen is y sin 30° + z cos 30°. The roof (y = 20 to 30 mm, 20 mm high) spans 27.3 to 32.3 mm,

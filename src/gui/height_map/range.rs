@@ -1,11 +1,12 @@
 //! The range of the colours: following the data, following what is in view, or locked by the user.
 
 use super::quantity::Layer;
+use crate::draw::robust_range::robust_largest;
 
 /// Who decides the ends of the colour bar.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum RangeMode {
-    /// All known vertices, border and fixtures left out; rounded outwards.
+    /// All known vertices, border and fixtures left out; rounded outwards. A few values far above the rest are cut off.
     #[default]
     Auto,
     /// As [`Self::Auto`], of the vertices inside the canvas.
@@ -63,13 +64,9 @@ pub fn range_of(mode: RangeMode, layer: &Layer, in_view: &dyn Fn(usize) -> bool)
         RangeMode::InView => in_view,
     };
     let largest = |respect_border: bool| {
-        layer
-            .values
-            .iter()
-            .enumerate()
-            .filter(|&(v, _)| wanted(v) && (!respect_border || layer.sets_range.get(v).copied().unwrap_or(true)))
-            .filter_map(|(_, value)| *value)
-            .fold(0.0_f64, |most, value| most.max(value.abs()))
+        let counts = |v: usize| wanted(v) && (!respect_border || layer.sets_range.get(v).copied().unwrap_or(true));
+        let values = layer.values.iter().enumerate().filter(|&(v, _)| counts(v)).filter_map(|(_, value)| *value);
+        robust_largest(values)
     };
     let mut most = largest(true);
     if most == 0.0 {
@@ -147,6 +144,16 @@ mod tests {
         // Nothing but border in view: it must do.
         assert!((range_of(RangeMode::InView, &l, &|v| v == 0).high - 10.0).abs() < 1e-12);
         assert_eq!(ColourRange::new(0.0, 0.5).clipped(&l.values), (0, 2));
+    }
+
+    #[test]
+    fn one_wild_vertex_does_not_spoil_the_colours_of_the_others() {
+        let mut values: Vec<Option<f64>> = (1..=99).map(|v| Some(f64::from(v) / 250.0)).collect();
+        values.push(Some(40.0));
+        let range = range_of(RangeMode::Auto, &layer(false, &values), &|_| true);
+        // The 98th of a hundred is 0.392.
+        assert_eq!((range.low, range.high), (0.0, 0.4));
+        assert_eq!(range.clipped(&values), (0, 1));
     }
 
     #[test]

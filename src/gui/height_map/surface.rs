@@ -80,9 +80,17 @@ impl Surface {
         Self { relief, base, top, raised, top_normals, base_normals, rim }
     }
 
-    /// The points that a view must hold: feet and heads of `vertices`.
-    pub fn extent(&self, vertices: impl Iterator<Item = usize> + Clone) -> impl Iterator<Item = Point3<f64>> + Clone {
-        vertices.flat_map(|v| [self.base[v], self.top[v]])
+    /// The points that a view must hold: feet and heads of `vertices`, heads no higher than `most_mm` over their feet, so that one
+    /// wild value does not make all the rest small.
+    pub fn extent(
+        &self,
+        vertices: impl Iterator<Item = usize> + Clone,
+        most_mm: f64,
+    ) -> impl Iterator<Item = Point3<f64>> + Clone {
+        vertices.flat_map(move |v| {
+            let (base, top) = (self.base[v], self.top[v]);
+            [base, Point3::new(top.x, top.y, base.z + (top.z - base.z).clamp(-most_mm, most_mm))]
+        })
     }
 }
 

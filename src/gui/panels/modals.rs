@@ -56,6 +56,21 @@ pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>)
                 });
                 chosen
             }
+            Modal::Spoilt { path, why, found } => {
+                ui.label(why.as_str());
+                ui.add_space(4.0);
+                ui.label("The file stays as it is. This lies beside it and can be read:");
+                ui.add_space(8.0);
+                let mut chosen = false;
+                for (i, (rescue, when)) in found.iter().enumerate() {
+                    let label = format!("{}{when}", rescue.label());
+                    if if i == 0 { primary(ui, &label) } else { ui.button(label) }.clicked() {
+                        commands.push(Command::Rescue(path.clone(), *rescue));
+                        chosen = true;
+                    }
+                }
+                chosen | ui.button("Cancel").clicked()
+            }
             Modal::Path { purpose, typed, focused } => path(ui, purpose, typed, focused, commands),
             Modal::Sequence(view) => sequence::show(ui, view, commands),
             Modal::Keys => keys(ui),
@@ -64,7 +79,7 @@ pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>)
     });
     // Unsaved work is never answered by a click beside the dialog.
     let leave = match modal {
-        Modal::Recover { .. } => false,
+        Modal::Recover { .. } | Modal::Spoilt { .. } => false,
         // Nor is a path that is half typed thrown away by one.
         Modal::Path { .. } => ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, egui::Key::Escape)),
         _ => shown.should_close(),
@@ -77,6 +92,7 @@ fn title(modal: &Modal) -> &str {
         Modal::Error { title, .. } => title,
         Modal::Unsaved(_) => "Save changes?",
         Modal::Recover { .. } => "Recover unsaved work?",
+        Modal::Spoilt { .. } => "The project cannot be read",
         Modal::Path { purpose, .. } => purpose.title(),
         Modal::Sequence(_) => "First and last frame",
         Modal::Keys => "Keys",

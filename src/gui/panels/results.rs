@@ -31,7 +31,7 @@ fn numbers(ui: &mut egui::Ui, scene: Scene<'_>, focus: &mut Focus, commands: &mu
             "Rounding error, or something is wrong.",
         );
         let [x, y, z] = o.fit.scale;
-        row(ui, "Scale of the face x, y, z", format!("{x:.3}, {y:.3}, {z:.3}"), "Of the generic face along its axes.");
+        row(ui, "Scale of the face x, y, z", format!("{x:.2}, {y:.2}, {z:.2}"), "Of the generic face along its axes.");
     });
     heading(ui, "Head motion");
     head(ui, scene);
@@ -71,22 +71,34 @@ pub fn warnings(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>
             |ui| {
                 ui.set_width(ui.available_width());
                 ui.label(RichText::new(warning.to_string()).color(p.warn));
-                if let Warning::Folded { vertex, frame, .. } = warning
-                    && ui.small_button(format!("Go to vertex {vertex}")).clicked()
-                {
-                    let id =
-                        if *frame == "first" { PointId::FeatureFirst(*vertex) } else { PointId::FeatureLast(*vertex) };
-                    commands.push(Command::JumpTo(id));
+                for (place, words) in places_of(warning) {
+                    if ui.small_button(words).clicked() {
+                        commands.push(Command::JumpTo(place));
+                    }
                 }
             },
         );
     }
 }
 
+/// The points that a warning speaks of, with the words of the button that goes there.
+fn places_of(warning: &Warning) -> Vec<(PointId, String)> {
+    let landmark = |id: &String, name: &String| (PointId::Landmark(id.clone()), format!("Go to {name}"));
+    match warning {
+        Warning::Folded { vertex, frame: "first", .. } => {
+            vec![(PointId::FeatureFirst(*vertex), format!("Go to vertex {vertex}"))]
+        }
+        Warning::Folded { vertex, .. } => vec![(PointId::FeatureLast(*vertex), format!("Go to vertex {vertex}"))],
+        Warning::Swapped { ids, names } => ids.iter().zip(names).map(|(id, name)| landmark(id, name)).collect(),
+        Warning::Crumpled { id, name, .. } => vec![landmark(id, name)],
+        _ => Vec::new(),
+    }
+}
+
 fn head(ui: &mut egui::Ui, scene: Scene<'_>) {
     let head = &scene.outcome.head;
     if head.still_points == 0 {
-        ui.label("Not removed: mark at least three still points.");
+        ui.label("Not removed: mark at least 3 still points (4 also tell the noise floor).");
         return;
     }
     let t = head.motion.translation_mm;

@@ -249,13 +249,31 @@ fn camera(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
     }
 }
 
+/// The settings with one thing changed.
+fn changed(settings: &Settings, change: impl FnOnce(&mut Settings)) -> Edit {
+    let mut new = settings.clone();
+    change(&mut new);
+    Edit::SetSettings(new)
+}
+
+/// One of several rules, each with its words and what it means.
+fn rules<T: Copy + PartialEq>(
+    ui: &mut egui::Ui,
+    settings: &Settings,
+    now: T,
+    all: &[(T, &str, &str)],
+    commands: &mut Vec<Command>,
+    set: impl Fn(&mut Settings, T),
+) {
+    for &(rule, label, tooltip) in all {
+        if ui.radio(now == rule, label).on_hover_text(tooltip).clicked() {
+            commands.push(Command::Edit(changed(settings, |s| set(s, rule))));
+        }
+    }
+}
+
 fn fit(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
     let settings = &scene.project.settings;
-    let with = |change: &dyn Fn(&mut Settings)| {
-        let mut new = settings.clone();
-        change(&mut new);
-        Edit::SetSettings(new)
-    };
     let number = Number {
         label: "Depth over width",
         unit: "",
@@ -264,7 +282,7 @@ fn fit(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
         speed: 0.005,
         decimals: 2,
     };
-    number.show(ui, settings.customize.z_factor, commands, |v| with(&|s| s.customize.z_factor = v));
+    number.show(ui, settings.customize.z_factor, commands, |v| changed(settings, |s| s.customize.z_factor = v));
     let number = Number {
         label: "Power of the distance",
         unit: "",
@@ -273,10 +291,10 @@ fn fit(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
         speed: 0.02,
         decimals: 1,
     };
-    number.show(ui, settings.customize.power, commands, |v| with(&|s| s.customize.power = v));
+    number.show(ui, settings.customize.power, commands, |v| changed(settings, |s| s.customize.power = v));
     let mut all = settings.customize.nearest.is_none();
     if ui.checkbox(&mut all, "Every landmark pulls every vertex").changed() {
-        commands.push(Command::Edit(with(&|s| s.customize.nearest = (!all).then_some(8))));
+        commands.push(Command::Edit(changed(settings, |s| s.customize.nearest = (!all).then_some(8))));
     }
     if let Some(n) = settings.customize.nearest {
         let number = Number {
@@ -287,19 +305,15 @@ fn fit(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
             speed: 0.05,
             decimals: 0,
         };
-        number.show(ui, n as f64, commands, |v| with(&|s| s.customize.nearest = Some((v.round() as usize).max(1))));
+        let set = |v: f64| changed(settings, |s| s.customize.nearest = Some((v.round() as usize).max(1)));
+        number.show(ui, n as f64, commands, set);
     }
 }
 
 fn displacement(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
     let settings = &scene.project.settings;
-    let with = |change: &dyn Fn(&mut Settings)| {
-        let mut new = settings.clone();
-        change(&mut new);
-        Command::Edit(Edit::SetSettings(new))
-    };
     ui.label("Depth of the last frame");
-    for (rule, label, tooltip) in [
+    let depths = [
         (
             DepthRule::FixedDepth,
             "As deep as in the first frame",
@@ -310,23 +324,22 @@ fn displacement(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>
             "Sliding on the first frame's surface",
             "Right where skin slides on a smooth skull; wrong where it bulges.",
         ),
-    ] {
-        if ui.radio(settings.depth == rule, label).on_hover_text(tooltip).clicked() {
-            commands.push(with(&|s| s.depth = rule));
-        }
-    }
+    ];
+    rules(ui, settings, settings.depth, &depths, commands, |s, rule| s.depth = rule);
     ui.add_space(4.0);
     ui.label("Vertices that nobody marked");
-    let reach = if let UnmarkedRule::Inferred { reach_mm } = settings.unmarked { Some(reach_mm) } else { None };
-    let inferred = ui.radio(reach.is_some(), "Filled in between marks");
-    if inferred
-        .on_hover_text("Vertices surrounded by marks are filled in from them; the others carry no force.")
-        .clicked()
-        && reach.is_none()
-    {
-        commands.push(with(&|s| s.unmarked = UnmarkedRule::default()));
-    }
-    if let Some(reach_mm) = reach {
+    let held = settings.unmarked == UnmarkedRule::Held;
+    let inferred = [(
+        false,
+        "Filled in between marks",
+        "Vertices surrounded by marks are filled in from them; the others carry no force.",
+    )];
+    rules(ui, settings, held, &inferred, commands, |s, _| {
+        if held {
+            s.unmarked = UnmarkedRule::default();
+        }
+    });
+    if let UnmarkedRule::Inferred { reach_mm } = settings.unmarked {
         let number = Number {
             label: "Reach",
             unit: " mm",
@@ -335,21 +348,17 @@ fn displacement(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>
             speed: 0.2,
             decimals: 0,
         };
-        number.show(ui, reach_mm, commands, |reach_mm| {
-            let mut new = settings.clone();
-            new.unmarked = UnmarkedRule::Inferred { reach_mm };
-            Edit::SetSettings(new)
-        });
+        let set = |reach_mm| changed(settings, |s| s.unmarked = UnmarkedRule::Inferred { reach_mm });
+        number.show(ui, reach_mm, commands, set);
     }
-    let held = ui.radio(reach.is_none(), "Held where they were");
-    if held.on_hover_text("The thesis's rule: the border of the marked skin then carries false forces.").clicked() {
-        commands.push(with(&|s| s.unmarked = UnmarkedRule::Held));
-    }
+    let unmoved =
+        [(true, "Held where they were", "The thesis's rule: the border of the marked skin then carries false forces.")];
+    rules(ui, settings, held, &unmoved, commands, |s, _| s.unmarked = UnmarkedRule::Held);
     ui.add_space(4.0);
     let mut remove = settings.remove_head_motion;
     let tooltip = "Takes out the motion that the still points show, so that only the skin's own motion makes forces.";
     if ui.checkbox(&mut remove, "Remove the head's motion").on_hover_text(tooltip).changed() {
-        commands.push(with(&|s| s.remove_head_motion = remove));
+        commands.push(Command::Edit(changed(settings, |s| s.remove_head_motion = remove)));
     }
 }
 
@@ -363,22 +372,13 @@ fn skin(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut SkinTableView, commands:
         speed: 0.01,
         decimals: 2,
     };
-    number.show(ui, settings.skin_thickness_mm, commands, |v| {
-        let mut new = settings.clone();
-        new.skin_thickness_mm = v;
-        Edit::SetSettings(new)
-    });
+    number.show(ui, settings.skin_thickness_mm, commands, |v| changed(settings, |s| s.skin_thickness_mm = v));
     ui.label("An edge of the mesh as a spring");
-    for (rule, label, tooltip) in [
+    let springs = [
         (SpringRule::Strip, "A strip of skin", "As wide as its triangles: the same skin on any mesh."),
         (SpringRule::Uniform, "One law for all edges", "The thesis's rule: forces then depend on the mesh."),
-    ] {
-        if ui.radio(settings.springs == rule, label).on_hover_text(tooltip).clicked() {
-            let mut new = settings.clone();
-            new.springs = rule;
-            commands.push(Command::Edit(Edit::SetSettings(new)));
-        }
-    }
+    ];
+    rules(ui, settings, settings.springs, &springs, commands, |s, rule| s.springs = rule);
     ui.add_space(4.0);
     skin_table::show(ui, settings, view, commands);
 }
@@ -393,9 +393,5 @@ fn marking(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
         speed: 0.01,
         decimals: 2,
     };
-    number.show(ui, settings.marking_sigma_px, commands, |v| {
-        let mut new = settings.clone();
-        new.marking_sigma_px = v;
-        Edit::SetSettings(new)
-    });
+    number.show(ui, settings.marking_sigma_px, commands, |v| changed(settings, |s| s.marking_sigma_px = v));
 }

@@ -1,6 +1,7 @@
 //! The canvas of the height map: draws it, turns it under the hand, and tells which vertex the pointer means.
 
 use egui::{FontId, Painter, Pos2, Rect, Role, Sense, Stroke, Vec2, WidgetInfo, pos2, vec2};
+use nalgebra::Point3;
 
 use super::{ForcesView, colour_bar, legend, select, vertex_name};
 use crate::displacement::VertexState;
@@ -13,12 +14,15 @@ use crate::gui::height_map::range::{range_of, round_down};
 use crate::gui::height_map::scene::{Projected, Scene as MapScene};
 use crate::gui::height_map::{Layer, MapOptions, Relief, Surface};
 use crate::gui::orbit_view::{OrbitView, Projection};
-use crate::gui::{Command, Focus, Scene};
+use crate::gui::{Command, Focus, Scene, wheel};
 
 /// Room round the map for numbers and titles: left, top, right (the colour bar), bottom.
 const MARGINS: [f32; 4] = [58.0, 72.0, 128.0, 72.0];
 /// The longest arrow, mm.
 const LONGEST_ARROW_MM: f64 = 25.0;
+
+/// The view makes room for heights up to so many times the end of the colour range; what is higher leaves the canvas.
+const HIGHEST: f64 = 2.0;
 
 /// What one frame of the canvas shows.
 pub(super) struct Stage<'a> {
@@ -34,12 +38,14 @@ pub(super) struct Stage<'a> {
     pub(super) hovered: Option<usize>,
 }
 
-/// Shows the map in the whole of `ui`; `cuts` are the lines of the profiles.
+/// Shows the map in the whole of `ui`; `first` are the vertices from the eyes, mm, `cuts` the lines of the profiles.
+#[expect(clippy::too_many_arguments, reason = "what a panel may read, its own view, and the commands")]
 pub(super) fn show(
     ui: &mut egui::Ui,
     scene: Scene<'_>,
     view: &mut ForcesView,
     layer: &Layer,
+    first: &[Point3<f64>],
     cuts: &[Line],
     focus: &mut Focus,
     commands: &mut Vec<Command>,
@@ -57,14 +63,16 @@ pub(super) fn show(
     let without_border = without_border(scene, layer, options.border);
     let layer = without_border.as_ref().unwrap_or(layer);
     // The range "in view" needs the projection, which needs the heights; so the heights follow the range of all data.
-    let mm_per_unit = options.exaggeration.mm_per_unit(range_of(options.range.without_view(), layer, &|_| true));
-    let surface = Surface::new(mesh, &scene.outcome.first, &layer.values, mm_per_unit, options.relief);
+    let of_all = range_of(options.range.without_view(), layer, &|_| true);
+    let mm_per_unit = options.exaggeration.mm_per_unit(of_all);
+    let surface = Surface::new(mesh, first, &layer.values, mm_per_unit, options.relief);
+    let most_mm = HIGHEST * mm_per_unit * of_all.high.abs().max(of_all.low.abs());
     let shown = shown_vertices(layer, options.fit_known);
     let ground = Ground::under(shown.iter().map(|&v| &surface.base[v]), options.relief == Relief::Plane);
     let corners = ground.corners();
     let fit = |orbit: &OrbitView| {
         let corners = corners.iter().copied().filter(|_| options.axes);
-        orbit.project_into(room, surface.extent(shown.iter().copied()).chain(corners))
+        orbit.project_into(room, surface.extent(shown.iter().copied(), most_mm).chain(corners))
     };
     steer(ui, &response, &mut view.orbit, &fit);
     let projection = fit(&view.orbit);
@@ -161,9 +169,9 @@ fn arrow_scale(scene: Scene<'_>) -> f64 {
 
 /// Turns, shifts and zooms the view under the hand.
 fn steer(ui: &egui::Ui, response: &egui::Response, orbit: &mut OrbitView, fit: &dyn Fn(&OrbitView) -> Projection) {
-    let (wheel, pinch, pan_key, delta, pointer) = ui.input(|i| {
+    let (pan_key, delta, pointer) = ui.input(|i| {
         let pan_key = i.modifiers.shift || i.key_down(egui::Key::Space);
-        (i.smooth_scroll_delta().y, i.zoom_delta(), pan_key, i.pointer.delta(), i.pointer.hover_pos())
+        (pan_key, i.pointer.delta(), i.pointer.hover_pos())
     });
     // The last motion and the release can come in one frame.
     let drag = if response.drag_delta() == Vec2::ZERO { delta } else { response.drag_delta() };
@@ -179,7 +187,7 @@ fn steer(ui: &egui::Ui, response: &egui::Response, orbit: &mut OrbitView, fit: &
         *orbit = OrbitView::default();
     }
     if let Some(at) = pointer.filter(|_| response.container_contains_pointer()) {
-        let factor = f64::from(pinch) * (f64::from(wheel) * 0.0025).exp();
+        let factor = wheel::zoom_factor(ui);
         if (factor - 1.0).abs() > 1e-6 {
             orbit.zoom(&fit(orbit), factor, at);
         }

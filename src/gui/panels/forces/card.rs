@@ -1,6 +1,7 @@
 //! The card of one vertex: everything that is known of it.
 
 use egui::{RichText, Ui};
+use nalgebra::Point3;
 
 use crate::gui::Scene;
 use crate::gui::height_map::Layer;
@@ -8,7 +9,7 @@ use crate::gui::height_map::options::{fixed, significant, with_error};
 use crate::gui::height_map::quantity::{fibre_direction, muscle_at, muscle_name};
 
 /// Shows the card of a vertex, or how to get one.
-pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, layer: &Layer, vertex: Option<usize>) {
+pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, layer: &Layer, first: &[Point3<f64>], vertex: Option<usize>) {
     ui.separator();
     let Some(v) = vertex.filter(|v| *v < scene.outcome.first.len()) else {
         ui.strong("No vertex chosen");
@@ -40,7 +41,7 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, layer: &Layer, vertex: Option<
         {
             row(ui, &layer.title, &format!("{} mm", with_error(value, error)));
         }
-        geometry(ui, scene, v, state.is_known());
+        geometry(ui, scene, first, v, state.is_known());
     });
     if outcome.field.outside_table.get(v).copied().unwrap_or(false) {
         ui.colored_label(ui.visuals().warn_fg_color, "A spring here is strained beyond the skin table.");
@@ -87,7 +88,7 @@ fn forces(ui: &mut Ui, scene: Scene<'_>, v: usize) {
     }
 }
 
-fn geometry(ui: &mut Ui, scene: Scene<'_>, v: usize, known: bool) {
+fn geometry(ui: &mut Ui, scene: Scene<'_>, first: &[Point3<f64>], v: usize, known: bool) {
     let outcome = scene.outcome;
     let at = outcome.first[v];
     if let (true, Some(last)) = (known, outcome.last.get(v)) {
@@ -98,7 +99,12 @@ fn geometry(ui: &mut Ui, scene: Scene<'_>, v: usize, known: bool) {
     if let Some((low, high)) = strain_range(scene, v) {
         row(ui, "Strain of springs", &format!("{:+.1} to {:+.1} %", low * 100.0, high * 100.0).replace('-', "−"));
     }
-    row(ui, "Place", &format!("{} mm", [at.x, at.y, at.z].map(|c| format!("{c:.1}").replace('-', "−")).join(", ")));
+    let at = first[v];
+    row(
+        ui,
+        "Place x, y, z",
+        &format!("{} mm", [at.x, at.y, at.z].map(|c| format!("{c:.1}").replace('-', "−")).join(", ")),
+    );
 }
 
 /// Smallest and largest strain of the springs at a vertex.

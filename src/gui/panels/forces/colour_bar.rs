@@ -2,6 +2,7 @@
 
 use egui::{Align2, Color32, FontId, Painter, Rect, Shape, Stroke, pos2, vec2};
 
+use crate::draw::robust_range::SHARE;
 use crate::draw::ticks::{labels, nice_ticks};
 use crate::gui::height_map::ink::Inks;
 use crate::gui::height_map::{ColourCurve, Layer, Palette, RangeMode};
@@ -40,6 +41,12 @@ pub(super) fn show(painter: &Painter, canvas: Rect, layer: &Layer, palette: &Pal
         RangeMode::InView => "range of this view".to_owned(),
         RangeMode::Locked(_) => "range locked".to_owned(),
     }];
+    // What no reaction and no fixture explains: said, so that nobody takes the end of the bar for the greatest force.
+    let believed = layer.values.iter().zip(&layer.sets_range).filter(|(_, sets)| **sets).map(|(v, _)| *v);
+    let (low_cut, high_cut) = palette.range.clipped(&believed.collect::<Vec<_>>());
+    if !matches!(mode, RangeMode::Locked(_)) && low_cut + high_cut > 0 {
+        words.push(format!("{:.0} % of forces", 100.0 * SHARE));
+    }
     if palette.curve != ColourCurve::Linear {
         words.push(palette.curve.label().to_lowercase());
     }

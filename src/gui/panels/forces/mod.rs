@@ -145,26 +145,28 @@ pub fn show(
     let o = &view.options;
     let layer = Layer::new(scene.outcome, scene.face, o.quantity, o.direction, o.muscle);
     let selected = selected_vertex(scene, focus);
+    // The chain measures from the optical axis, people from the eyes.
+    let first = &scene.outcome.first_from_eyes(scene.face)[..];
     egui::Panel::top("forces toolbar").show(ui, |ui| toolbar::show(ui, scene, view, &layer));
     // Of a width that no content changes: the map beside it must not move under the pointer.
     egui::Panel::right("forces side").exact_size(282.0).show(ui, |ui| {
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             // The card comes and goes with the pointer; below the summary it moves no link.
             in_fixed_width(ui, |ui| {
-                summary::show(ui, scene, focus, commands);
-                card::show(ui, scene, &layer, focus.hovered().map(|v| v as usize).or(selected));
+                summary::show(ui, scene, first, focus, commands);
+                card::show(ui, scene, &layer, first, focus.hovered().map(|v| v as usize).or(selected));
             });
         });
     });
     egui::Panel::bottom("forces charts").resizable(true).default_size(216.0).min_size(120.0).show(ui, |ui| match view
         .tab
     {
-        Tab::Profiles => profiles::show(ui, scene, view, &layer, selected, focus, commands),
-        Tab::Table => table::show(ui, scene, view, selected, focus, commands),
+        Tab::Profiles => profiles::show(ui, scene, view, &layer, first, selected, focus, commands),
+        Tab::Table => table::show(ui, scene, view, first, selected, focus, commands),
     });
-    let cuts = profiles::lines(scene, view, selected).filter(|_| view.tab == Tab::Profiles);
+    let cuts = profiles::lines(scene, view, first, selected).filter(|_| view.tab == Tab::Profiles);
     let cuts = cuts.map_or_else(Vec::new, |(_, lines)| lines.to_vec());
     egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
-        canvas::show(ui, scene, view, &layer, &cuts, focus, commands);
+        canvas::show(ui, scene, view, &layer, first, &cuts, focus, commands);
     });
 }

@@ -12,12 +12,14 @@ use crate::gui::height_map::quantity::muscle_name;
 use crate::gui::height_map::range::{range_of, round_up};
 use crate::gui::{Command, Focus, Scene};
 
-/// Shows both charts side by side.
+/// Shows both charts side by side; `first` are the vertices from the eyes, mm.
+#[expect(clippy::too_many_arguments, reason = "what a panel may read, its own view, and the commands")]
 pub(super) fn show(
     ui: &mut Ui,
     scene: Scene<'_>,
     view: &mut ForcesView,
     layer: &Layer,
+    first: &[Point3<f64>],
     selected: Option<usize>,
     focus: &mut Focus,
     commands: &mut Vec<Command>,
@@ -39,14 +41,14 @@ pub(super) fn show(
     })
     .response
     .on_hover_text("Points are vertices near the line, with ± one standard error; the line is the surface, cut");
-    let Some((at, [upper, lateral])) = lines(scene, view, selected) else { return };
+    let Some((at, [upper, lateral])) = lines(scene, view, first, selected) else { return };
     let (upper_title, upper_axis) = if upper.along == nalgebra::Vector2::y() && !view.profile_along_fibre {
         (format!("Vertical, x = {:.0} mm", at.x).replace('-', "−"), "y, mm")
     } else {
         ("Along the fibre".to_owned(), "from attachment towards insertion, mm")
     };
     let lateral_title = format!("Lateral, y = {:.0} mm", at.y).replace('-', "−");
-    let cut = |line: &Line| section(scene.face.mesh(), &scene.outcome.first, &|v| layer.value_and_error(v), line);
+    let cut = |line: &Line| section(scene.face.mesh(), first, &|v| layer.value_and_error(v), line);
     let sections = [cut(&upper), cut(&lateral)];
     let titles = [(upper_title, upper_axis), (lateral_title, "x, mm")];
 
@@ -77,8 +79,12 @@ pub(super) fn show(
 }
 
 /// The point that the profiles run through, and their lines: up the face or along the chosen fibre, and across.
-pub(super) fn lines(scene: Scene<'_>, view: &ForcesView, selected: Option<usize>) -> Option<(Point3<f64>, [Line; 2])> {
-    let first = &scene.outcome.first;
+pub(super) fn lines(
+    scene: Scene<'_>,
+    view: &ForcesView,
+    first: &[Point3<f64>],
+    selected: Option<usize>,
+) -> Option<(Point3<f64>, [Line; 2])> {
     let through = selected.or_else(|| scene.outcome.peak().map(|(v, _)| v))?;
     let at = *first.get(through)?;
     let band = 0.5 * scene.face.mesh().mean_edge_length();

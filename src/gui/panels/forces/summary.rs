@@ -1,6 +1,7 @@
 //! The field in a few lines: peak, counts, self-check, warnings.
 
 use egui::Ui;
+use nalgebra::Point3;
 
 use super::select;
 use crate::displacement::VertexState;
@@ -9,7 +10,13 @@ use crate::gui::height_map::quantity::{muscle_at, muscle_name};
 use crate::gui::{Command, Focus, Scene};
 
 /// Shows the lines.
-pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, focus: &mut Focus, commands: &mut Vec<Command>) {
+pub(super) fn show(
+    ui: &mut Ui,
+    scene: Scene<'_>,
+    first: &[Point3<f64>],
+    focus: &mut Focus,
+    commands: &mut Vec<Command>,
+) {
     let outcome = scene.outcome;
     let unit = outcome.unit();
     let peak = outcome.peak();
@@ -18,7 +25,7 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, focus: &mut Focus, commands: &
     ui.strong("Peak force");
     match peak {
         Some((v, force)) => {
-            let at = outcome.first.get(v).copied().unwrap_or_default();
+            let at = first.get(v).copied().unwrap_or_default();
             let sigma = outcome.field.sigma.get(v).copied();
             ui.label(format!("{} {unit}", with_error(force, sigma)));
             let place = format!("x {:.0}, y {:.0} mm", at.x, at.y).replace('-', "−");

@@ -1,6 +1,7 @@
 //! The table of vertices with a force, sorted by what the user asks for.
 
 use egui::{Align, Layout, Sense, Ui, vec2};
+use nalgebra::Point3;
 
 use super::{ForcesView, select};
 use crate::gui::height_map::options::significant;
@@ -88,7 +89,7 @@ impl Default for Sorting {
     }
 }
 
-fn number(scene: Scene<'_>, column: Column, v: usize) -> f64 {
+fn number(scene: Scene<'_>, first: &[Point3<f64>], column: Column, v: usize) -> f64 {
     let (outcome, field) = (scene.outcome, &scene.outcome.field);
     let at = |list: &[f64]| list.get(v).copied().unwrap_or(f64::NAN);
     match column {
@@ -104,17 +105,19 @@ fn number(scene: Scene<'_>, column: Column, v: usize) -> f64 {
         Column::Tangential => at(&field.tangential),
         Column::Normal => at(&field.normal),
         Column::Displacement => (outcome.last[v] - outcome.first[v]).norm(),
-        Column::X => outcome.first[v].x,
-        Column::Y => outcome.first[v].y,
+        Column::X => first[v].x,
+        Column::Y => first[v].y,
     }
 }
 
 /// Vertices with a force, in the order asked for; equal ones by their number. What is not a number comes last.
-pub(super) fn sorted(scene: Scene<'_>, sorting: Sorting) -> Vec<usize> {
+pub(super) fn sorted(scene: Scene<'_>, first: &[Point3<f64>], sorting: Sorting) -> Vec<usize> {
     let outcome = scene.outcome;
     let count = outcome.states.len().min(outcome.first.len()).min(outcome.last.len());
-    let mut rows: Vec<(f64, usize)> =
-        (0..count).filter(|&v| outcome.states[v].is_known()).map(|v| (number(scene, sorting.by, v), v)).collect();
+    let mut rows: Vec<(f64, usize)> = (0..count)
+        .filter(|&v| outcome.states[v].is_known())
+        .map(|v| (number(scene, first, sorting.by, v), v))
+        .collect();
     rows.sort_by(|a, b| {
         let order = if sorting.descending { b.0.total_cmp(&a.0) } else { a.0.total_cmp(&b.0) };
         a.0.is_nan().cmp(&b.0.is_nan()).then(order).then(a.1.cmp(&b.1))
@@ -122,30 +125,33 @@ pub(super) fn sorted(scene: Scene<'_>, sorting: Sorting) -> Vec<usize> {
     rows.into_iter().map(|(_, v)| v).collect()
 }
 
-fn text(scene: Scene<'_>, column: Column, v: usize) -> String {
+fn text(scene: Scene<'_>, first: &[Point3<f64>], column: Column, v: usize) -> String {
     match column {
         Column::Vertex => v.to_string(),
         Column::State => {
             let border = scene.outcome.border.get(v).copied().unwrap_or(false);
             format!("{}{}", scene.outcome.states[v].word(), if border { ", border" } else { "" })
         }
-        Column::X | Column::Y | Column::Displacement => format!("{:.1}", number(scene, column, v)).replace('-', "−"),
-        Column::Error | Column::Ratio => significant(number(scene, column, v), 2),
-        _ => significant(number(scene, column, v), 3),
+        Column::X | Column::Y | Column::Displacement => {
+            format!("{:.1}", number(scene, first, column, v)).replace('-', "−")
+        }
+        Column::Error | Column::Ratio => significant(number(scene, first, column, v), 2),
+        _ => significant(number(scene, first, column, v), 3),
     }
 }
 
-/// Shows the table.
+/// Shows the table; `first` are the vertices from the eyes, mm.
 pub(super) fn show(
     ui: &mut Ui,
     scene: Scene<'_>,
     view: &mut ForcesView,
+    first: &[Point3<f64>],
     selected: Option<usize>,
     focus: &mut Focus,
     commands: &mut Vec<Command>,
 ) {
     let unit = scene.outcome.unit();
-    let rows = sorted(scene, view.sorting);
+    let rows = sorted(scene, first, view.sorting);
     egui::ScrollArea::horizontal().auto_shrink(false).show(ui, |ui| {
         ui.vertical(|ui| {
             ui.horizontal(|ui| {
@@ -162,7 +168,7 @@ pub(super) fn show(
             ui.spacing_mut().item_spacing.y = 0.0;
             egui::ScrollArea::vertical().auto_shrink(false).show_rows(ui, height, rows.len(), |ui, shown| {
                 for &v in &rows[shown] {
-                    row(ui, scene, v, height, selected, focus, commands);
+                    row(ui, scene, first, v, height, selected, focus, commands);
                 }
             });
         });
@@ -201,9 +207,11 @@ fn direction_sign(ui: &Ui, title: egui::Rect, descending: bool) {
     ui.painter().add(egui::Shape::convex_polygon(corners, ui.visuals().hyperlink_color, egui::Stroke::NONE));
 }
 
+#[expect(clippy::too_many_arguments, reason = "what a panel may read, and the commands")]
 fn row(
     ui: &mut Ui,
     scene: Scene<'_>,
+    first: &[Point3<f64>],
     v: usize,
     height: f32,
     selected: Option<usize>,
@@ -227,7 +235,7 @@ fn row(
             (x + column.width(), egui::Align2::RIGHT_CENTER)
         };
         let colour = ui.visuals().text_color();
-        ui.painter().text(egui::pos2(at, rect.center().y), align, text(scene, column, v), font.clone(), colour);
+        ui.painter().text(egui::pos2(at, rect.center().y), align, text(scene, first, column, v), font.clone(), colour);
         x += column.width();
     }
     if response.hovered() {
@@ -236,6 +244,6 @@ fn row(
     if response.clicked() {
         select(commands, v);
     }
-    let words = format!("row of vertex {v}, {} {}", text(scene, Column::Force, v), scene.outcome.unit());
+    let words = format!("row of vertex {v}, {} {}", text(scene, first, Column::Force, v), scene.outcome.unit());
     response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Row, true, Some(v) == selected, &words));
 }

@@ -167,7 +167,7 @@ fn press(
         } else {
             let drag = Drag::take(pane.which, Target::Point(point.id.clone()), point.at, at);
             let again = selected == Some(&point.id);
-            let behind = again.then(|| pane.behind(point, view.tool)).flatten().map(|p| p.id.clone());
+            let behind = again.then(|| pane.behind(point, at, view.tool)).flatten().map(|p| p.id.clone());
             view.drag = Some(Drag { behind, ..drag });
         }
         return;

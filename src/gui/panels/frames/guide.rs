@@ -155,8 +155,14 @@ fn describe(
 fn regions(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut FramesView) {
     ui.label(RichText::new("Points to mark").strong());
     for region in scene.face.regions() {
-        let marked =
-            region.vertices.iter().filter(|v| scene.project.features.get(v).is_some_and(|f| f.last.is_some())).count();
+        // A still point counts with the still points alone, even where it lies in a region of moving skin.
+        let (mut marked, mut of) = (0, 0);
+        for v in &region.vertices {
+            if (points::kind_of(scene, *v) == points::Kind::Still) == (region.id == STILL_REGION) {
+                of += 1;
+                marked += usize::from(scene.project.features.get(v).is_some_and(|f| f.last.is_some()));
+            }
+        }
         let mut ticked = view.regions.contains(&region.id);
         ui.horizontal(|ui| {
             let mut name = capital(&words(&region.id));
@@ -171,12 +177,13 @@ fn regions(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut FramesView) {
                 }
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                ui.label(RichText::new(format!("{marked}/{}", region.vertices.len())).weak());
+                ui.label(RichText::new(format!("{marked}/{of}")).weak());
             });
         });
     }
     let still = scene.project.features.values().filter(|f| f.role == Role::Still && f.last.is_some()).count();
-    ui.label(RichText::new(format!("{still} still points marked; 3 or more remove the head's motion.")).small().weak());
+    let needed = format!("{still} still points marked; 3 remove the head's motion, 4 also tell the noise floor.");
+    ui.label(RichText::new(needed).small().weak());
 }
 
 /// "forehead_and_brows" as "forehead and brows".

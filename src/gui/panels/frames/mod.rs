@@ -178,6 +178,12 @@ impl FramesView {
         }
     }
 
+    /// Hides or shows the wireframe. While everything over the pictures is hidden, it is asked for, and so comes back with the marks.
+    pub fn toggle_wireframe(&mut self) {
+        self.wireframe.visible = !self.show_marks || !self.wireframe.visible;
+        self.show_marks = true;
+    }
+
     /// Shows both whole pictures.
     pub fn fit(&mut self) {
         for pane in &mut self.panes {
@@ -201,6 +207,9 @@ impl FramesView {
     }
 }
 
+/// Width of the panel beside the frames, ui points.
+const SIDE_WIDTH: f32 = 316.0;
+
 /// Shows the workspace in the whole of `ui`.
 #[expect(clippy::too_many_arguments, reason = "what a panel may read, its own view, and the commands")]
 pub fn show(
@@ -214,7 +223,8 @@ pub fn show(
     commands: &mut Vec<Command>,
 ) {
     let chosen = points::chosen_vertices(scene, &view.regions);
-    egui::Panel::right("side").resizable(true).default_size(316.0).size_range(280.0..=460.0).show(ui, |ui| {
+    // Of a width that no content changes: the panes beside it must not move under the pointer.
+    egui::Panel::right("side").exact_size(SIDE_WIDTH).show(ui, |ui| {
         side_tabs(ui, view);
         egui::ScrollArea::vertical().id_salt(view.side as usize).auto_shrink(false).show(ui, |ui| match view.side {
             SideTab::Guide => guide::show(ui, scene, &chosen, view, focus, state, commands),

@@ -15,11 +15,14 @@ use crate::gui::action_state::ActionState;
 use crate::gui::panels::menu;
 use crate::gui::pictures::Picture;
 use crate::gui::theme::{self, on_picture};
-use crate::gui::{Command, Focus, Scene};
+use crate::gui::{Command, Focus, Scene, wheel};
 use crate::project::{PointId, Which};
 
 /// How near to a point a press must be to take it, ui points.
 pub const REACH: f32 = 8.0;
+
+/// Points as near as this to the pointer lie over each other: their marks touch, ui points.
+const OVERLAP: f32 = 4.0;
 
 /// What a pane knows while it is shown.
 pub struct Pane<'a> {
@@ -57,12 +60,11 @@ impl Pane<'_> {
             .map(|(_, p)| p)
     }
 
-    /// The next point that lies where this one does.
-    pub fn behind(&self, point: &ShownPoint, tool: Tool) -> Option<&ShownPoint> {
-        let at = self.transform.ui_from_image(point.at);
+    /// The point that another click at this place selects: the next of those that overlap there, round and round.
+    pub fn behind(&self, point: &ShownPoint, at: Pos2, tool: Tool) -> Option<&ShownPoint> {
         let i = self.points.iter().position(|p| p.id == point.id)?;
         let others = self.points[i + 1..].iter().chain(&self.points[..i]);
-        others.into_iter().find(|p| tool.takes(p.kind) && self.transform.ui_from_image(p.at).distance(at) <= 1.0)
+        others.into_iter().find(|p| tool.takes(p.kind) && self.transform.ui_from_image(p.at).distance(at) <= OVERLAP)
     }
 }
 
@@ -126,7 +128,7 @@ pub fn show(
     }
     paint_loupe(ui, &response, &painter, &pane, view, focus, only.as_ref());
     caption(&painter, rect, name, view.active == which);
-    name_points(ui, id, &pane);
+    name_points(ui, id, &pane, view, focus);
 }
 
 /// The active pane has the keyboard whenever no other widget has it, and then keeps arrows and Tab to itself.
@@ -142,7 +144,7 @@ fn keep_keyboard(ui: &egui::Ui, response: &Response, view: &FramesView, which: W
 fn navigate(ui: &egui::Ui, response: &Response, which: Which, view: &mut FramesView) {
     let pointer = response.hover_pos();
     if let Some(at) = pointer {
-        let factor = ui.input(|i| f64::from(i.zoom_delta()) * (f64::from(i.smooth_scroll_delta().y) / 240.0).exp());
+        let factor = wheel::zoom_factor(ui);
         if (factor - 1.0).abs() > 1e-6 {
             view.zoom(which, factor, at);
         }
@@ -216,7 +218,7 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
             marks::paint(painter, at, radius, point.look, point.kind, lit);
         }
         if view.show_names && !is_selected {
-            marks::name(painter, at, &point.label);
+            marks::name(painter, at, &point.name);
         }
     }
     if let Some(point) = selected {
@@ -224,15 +226,46 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
         marks::paint(painter, at, radius, point.look, point.kind, marks::Lit::Selected);
         // While points are placed the guide names them, and a name here would hide what is looked for.
         if view.tool == Tool::Select || view.show_names {
-            marks::name(painter, at, &point.label);
+            marks::name(painter, at, &point.name);
         }
     }
-    let lit = focus.hovered().filter(|v| !pane.points.iter().any(|p| p.vertex == *v));
-    if let Some(v) = lit {
+    let shown = |v: u32| pane.points.iter().any(|p| p.vertex == v);
+    if let Some(v) = focus.hovered().filter(|v| !shown(*v)) {
         let p = points::predicted(pane.scene, pane.which, v);
         painter.circle_stroke(t.ui_from_image(p), 5.0, Stroke::new(3.0, on_picture::HALO));
         painter.circle_stroke(t.ui_from_image(p), 5.0, Stroke::new(1.5, on_picture::SELECTED));
     }
+    if let Some(point) = selected_besides(pane, view.tool, focus) {
+        let at = t.ui_from_image(point.at);
+        marks::paint(painter, at, radius, point.look, point.kind, marks::Lit::Selected);
+        if view.tool == Tool::Select || view.show_names {
+            marks::name(painter, at, &point.name);
+        }
+    }
+}
+
+/// The selected vertex where this pane would not show it: it has no mark here, and is not among those to mark. While landmarks are
+/// placed the last frame has nothing to say.
+fn selected_besides(pane: &Pane<'_>, tool: Tool, focus: &Focus) -> Option<ShownPoint> {
+    let scene = pane.scene;
+    if tool == Tool::Landmarks {
+        return None;
+    }
+    let (_, vertex) = points::place(scene, focus.selected.as_ref()?)?;
+    let known = scene.project.landmarks.len() >= points::LANDMARKS_TO_PREDICT;
+    if !known || pane.points.iter().any(|p| p.vertex == vertex) {
+        return None;
+    }
+    let landmark = scene.face.landmarks().iter().find(|l| focus.selected == Some(PointId::Landmark(l.id.clone())));
+    Some(ShownPoint {
+        id: if pane.which == Which::First { PointId::FeatureFirst(vertex) } else { PointId::FeatureLast(vertex) },
+        vertex,
+        at: points::predicted(scene, pane.which, vertex),
+        look: points::Look::Predicted,
+        kind: if landmark.is_some() { points::Kind::Landmark } else { points::kind_of(scene, vertex) },
+        label: vertex.to_string(),
+        name: landmark.map_or_else(|| vertex.to_string(), |l| l.name.clone()),
+    })
 }
 
 /// How far neighbouring vertices lie apart on the screen, ui points.
@@ -310,8 +343,8 @@ fn caption(painter: &Painter, rect: Rect, name: &str, active: bool) {
 }
 
 /// Gives every point a name that a screen reader, and a test, can find.
-fn name_points(ui: &egui::Ui, pane_id: egui::Id, pane: &Pane<'_>) {
-    for point in &pane.points {
+fn name_points(ui: &egui::Ui, pane_id: egui::Id, pane: &Pane<'_>, view: &FramesView, focus: &Focus) {
+    for point in pane.points.iter().chain(&selected_besides(pane, view.tool, focus)) {
         let at = pane.transform.ui_from_image(point.at);
         if !pane.rect.contains(at) {
             continue;

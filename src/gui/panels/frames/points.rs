@@ -96,8 +96,10 @@ pub struct ShownPoint {
     pub look: Look,
     /// What kind it is.
     pub kind: Kind,
-    /// Short name drawn beside it.
+    /// Short name, as files have it.
     pub label: String,
+    /// Name for people, drawn beside it.
+    pub name: String,
 }
 
 impl ShownPoint {
@@ -157,6 +159,7 @@ pub fn in_frame(scene: Scene<'_>, which: Which, chosen: &[u32], tool: Tool) -> V
                 look: mark.map_or_else(|| without_mark(scene), |m| Look::of(m.state)),
                 kind: Kind::Landmark,
                 label: l.id.clone(),
+                name: l.name.clone(),
             });
         }
     }
@@ -173,6 +176,7 @@ pub fn in_frame(scene: Scene<'_>, which: Which, chosen: &[u32], tool: Tool) -> V
             look: mark.map_or_else(|| without_mark(scene), |m| Look::of(m.state)),
             kind: kind_of(scene, v),
             label: v.to_string(),
+            name: v.to_string(),
         });
     }
     points.retain(|p| p.at.iter().all(|c| c.is_finite()));

@@ -6,7 +6,7 @@ use super::marks;
 use super::points::{self, Kind, Look};
 use crate::displacement::VertexState;
 use crate::gui::{Command, Focus, Scene, theme};
-use crate::project::{PointId, edit};
+use crate::project::PointId;
 
 /// How the table is sorted and what it lists.
 #[derive(Clone, Debug, Default)]
@@ -37,6 +37,19 @@ struct Row {
     name: String,
     /// x and y of the first frame, x and y of the last, residual, displacement, force, its error.
     numbers: [Option<f64>; 8],
+}
+
+impl Row {
+    /// Name for screen readers; a predicted place is told with it, for nothing else is known of the point.
+    fn spoken(&self) -> String {
+        let words = format!("Row {}, {}", self.name, self.look.word());
+        let (which, place) =
+            if self.kind == Kind::Landmark { ("first", &self.numbers[..2]) } else { ("last", &self.numbers[2..4]) };
+        match place {
+            [Some(x), Some(y)] if self.look == Look::Predicted => format!("{words}, {which} {x:.1}, {y:.1} px"),
+            _ => words,
+        }
+    }
 }
 
 /// Titles, widths (shares of what the first column leaves) and decimals of the columns.
@@ -101,7 +114,7 @@ pub fn show(
 /// The columns that there is room for, each with its left and right edge: positions go first, for the panes show them.
 fn columns(width: f32) -> Vec<(usize, f32, f32)> {
     let hidden: &[usize] = match width {
-        w if w < 520.0 => &[2, 3, 4, 5],
+        w if w < 520.0 => &[2, 3, 4, 5, 7, 9],
         w if w < 700.0 => &[2, 3],
         _ => &[],
     };
@@ -172,7 +185,7 @@ fn is_selected(row: &Row, focus: &Focus) -> bool {
 
 fn show_row(ui: &mut egui::Ui, row: &Row, cells: &[(usize, f32, f32)], focus: &mut Focus, commands: &mut Vec<Command>) {
     let (rect, response) = ui.allocate_exact_size(Vec2::new(ui.available_width(), ROW), Sense::click());
-    let spoken = format!("Row {}, {}", row.name, row.look.word());
+    let spoken = row.spoken();
     response.widget_info(|| egui::WidgetInfo::selected(egui::Role::ListBoxOption, true, false, &spoken));
     let selected = is_selected(row, focus);
     let visuals = ui.visuals();
@@ -187,6 +200,10 @@ fn show_row(ui: &mut egui::Ui, row: &Row, cells: &[(usize, f32, f32)], focus: &m
     if response.clicked() {
         commands.push(Command::JumpTo(row.id.clone()));
     }
+    // Where the column cuts the name, the pointer shows it whole.
+    response.on_hover_ui_at_pointer(|ui| {
+        ui.label(format!("{}, {}", row.name, row.look.word()));
+    });
     let (text, weak) = (visuals.text_color(), visuals.weak_text_color());
     let quiet = !row.look.is_mark();
     for &(i, left, right) in cells {
@@ -205,7 +222,15 @@ fn show_row(ui: &mut egui::Ui, row: &Row, cells: &[(usize, f32, f32)], focus: &m
         };
         let font = if i < 2 { FontId::proportional(12.5) } else { FontId::monospace(11.5) };
         let colour = if quiet && i > 0 { weak } else { text };
-        ui.painter().with_clip_rect(cell.intersect(ui.clip_rect())).text(at, anchor, words, font, colour);
+        let mut job = egui::text::LayoutJob::simple_singleline(words, font, colour);
+        job.wrap = egui::text::TextWrapping::truncate_at_width((cell.right() - at.x - 4.0).max(20.0));
+        // A number is cut by its cell rather than shortened to another number.
+        if i > 1 {
+            job.wrap = egui::text::TextWrapping::no_max_width();
+        }
+        let galley = ui.painter().layout_job(job);
+        let place = anchor.anchor_size(at, galley.size());
+        ui.painter().with_clip_rect(cell.intersect(ui.clip_rect())).galley(place.min, galley, colour);
     }
 }
 
@@ -215,7 +240,7 @@ fn rows(scene: Scene<'_>, chosen: &[u32], list: List) -> Vec<Row> {
         for l in scene.face.landmarks() {
             let id = PointId::Landmark(l.id.clone());
             let Some((look, at)) = points::of(scene, &id) else { continue };
-            let shown = look.is_mark();
+            let shown = look != Look::Unset;
             let residual = scene.outcome.fit.residuals_before_px.iter().find(|(r, _)| r == &l.id).map(|(_, px)| *px);
             rows.push(Row {
                 vertex: l.vertex,
@@ -242,9 +267,9 @@ fn rows(scene: Scene<'_>, chosen: &[u32], list: List) -> Vec<Row> {
 
 fn feature_row(scene: Scene<'_>, v: u32, kind: Kind) -> Row {
     let id = PointId::FeatureLast(v);
-    let (look, _) = points::of(scene, &id).unwrap_or((Look::Unset, [f64::NAN; 2]));
+    let (look, place) = points::of(scene, &id).unwrap_or((Look::Unset, [f64::NAN; 2]));
+    let at = Some(place).filter(|_| look != Look::Unset);
     let first = points::predicted(scene, crate::project::Which::First, v);
-    let mark = edit::mark(scene.project, &id);
     let o = scene.outcome;
     let i = v as usize;
     let state = o.states.get(i).copied().unwrap_or_default();
@@ -259,8 +284,8 @@ fn feature_row(scene: Scene<'_>, v: u32, kind: Kind) -> Row {
         numbers: [
             finite(first[0]),
             finite(first[1]),
-            mark.map(|m| m.at_px[0]),
-            mark.map(|m| m.at_px[1]),
+            at.map(|p| p[0]),
+            at.map(|p| p[1]),
             None,
             moved,
             o.field.force.get(i).map(nalgebra::Vector3::norm).filter(|_| believed),
