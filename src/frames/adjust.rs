@@ -40,13 +40,19 @@ impl Adjustment {
     /// The frame as it is to be drawn: local contrast first, then the tone curve. Values outside their ranges are clamped.
     pub fn apply(&self, image: &RgbImage) -> RgbImage {
         let mut shown = image.clone();
-        if self.is_identity() || image.is_empty() {
-            return shown;
+        self.apply_in_place(&mut shown);
+        shown
+    }
+
+    /// The same without a second picture in memory.
+    pub fn apply_in_place(&self, shown: &mut RgbImage) {
+        if self.is_identity() || shown.is_empty() {
+            return;
         }
         let curve = self.tone_curve();
-        let row_bytes = 3 * image.width() as usize;
+        let row_bytes = 3 * shown.width() as usize;
         let equaliser =
-            self.clahe.filter(|c| c.is_finite()).map(|limit| LocalEqualiser::new(image, limit.clamp(1.0, 8.0)));
+            self.clahe.filter(|c| c.is_finite()).map(|limit| LocalEqualiser::new(shown, limit.clamp(1.0, 8.0)));
         shown.par_chunks_mut(row_bytes).enumerate().for_each(|(y, row)| {
             if let Some(equaliser) = &equaliser {
                 equaliser.apply_to_row(y, row);
@@ -55,7 +61,6 @@ impl Adjustment {
                 *channel = curve[usize::from(*channel)];
             }
         });
-        shown
     }
 
     /// v ↦ ((v − ½)·contrast + ½ + brightness)^(1/γ) on 0…1, for each of the 256 values.

@@ -1,9 +1,10 @@
 //! Long work, on threads of its own: each with a name, a progress and a way to stop it; the answer comes back by channel.
 
 use std::path::PathBuf;
-use std::sync::Arc;
+
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
 use super::pictures::{Adjusted, Source};
@@ -97,12 +98,15 @@ pub struct Jobs {
     dropped: Vec<u64>,
     sender: Sender<(u64, Finished)>,
     receiver: Receiver<(u64, Finished)>,
+    /// Held by the work that has a whole picture in memory: another one waits.
+    picture_in_memory: Arc<Mutex<()>>,
 }
 
 impl Default for Jobs {
     fn default() -> Self {
         let (sender, receiver) = channel();
-        Self { next: 0, running: Vec::new(), dropped: Vec::new(), sender, receiver }
+        let picture_in_memory = Arc::default();
+        Self { next: 0, running: Vec::new(), dropped: Vec::new(), sender, receiver, picture_in_memory }
     }
 }
 
@@ -119,8 +123,13 @@ impl Jobs {
         self.next += 1;
         let progress = Arc::new(Progress::default());
         let (sender, ctx, shared) = (self.sender.clone(), ctx.clone(), Arc::clone(&progress));
+        let one_at_a_time = matches!(about, About::Picture(_)).then(|| Arc::clone(&self.picture_in_memory));
         let thread = std::thread::Builder::new().name(name.clone()).spawn(move || {
-            if let Some(answer) = work(&shared) {
+            // A work that died has left no picture behind.
+            let held = one_at_a_time.as_ref().map(|m| m.lock().unwrap_or_else(PoisonError::into_inner));
+            let answer = if shared.is_cancelled() { None } else { work(&shared) };
+            drop(held);
+            if let Some(answer) = answer {
                 // The window may be gone; then nobody waits for the answer.
                 let _ = sender.send((id, answer));
             }

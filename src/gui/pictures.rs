@@ -33,11 +33,16 @@ enum State {
 struct Ready {
     sha256: String,
     source: Source,
-    /// The pixels as they are in the file, while the picture is shown otherwise.
+    /// The pixels as they are in the file, while a slider is moved.
     pixels: Option<Arc<RgbImage>>,
     shown: Adjustment,
     adjusting: bool,
+    /// Time of the window at which another adjustment was last wanted, s.
+    changed_at: f64,
 }
+
+/// So long after the last change the pixels beside the graphics card are given up, s: reading them again takes less than that.
+const KEPT_S: f64 = 4.0;
 
 /// Where the bytes of a picture are.
 #[derive(Clone, Debug)]
@@ -139,7 +144,7 @@ impl Pictures {
         ready.adjusting = false;
         match result {
             Ok(Adjusted { original, shown }) => {
-                (ready.shown, ready.pixels) = (adjustment, Some(original));
+                (ready.shown, ready.pixels) = (adjustment, original);
                 picture.tiles.set(Arc::new(shown));
             }
             Err(why) => picture.state = State::Failed(why),
@@ -192,7 +197,14 @@ impl Picture {
             Ok(frame) => {
                 let sha256 = frame.sha256().to_owned();
                 self.tiles.set(Arc::new(frame.into_image()));
-                State::Ready(Ready { sha256, source, pixels: None, shown: Adjustment::default(), adjusting: false })
+                State::Ready(Ready {
+                    sha256,
+                    source,
+                    pixels: None,
+                    shown: Adjustment::default(),
+                    adjusting: false,
+                    changed_at: f64::NEG_INFINITY,
+                })
             }
             Err(why) => State::Failed(why),
         };
@@ -225,9 +237,21 @@ impl Picture {
 
     fn adjust(&mut self, which: Which, wanted: Adjustment, ctx: &egui::Context, jobs: &mut Jobs) {
         let State::Ready(ready) = &mut self.state else { return };
-        if ready.adjusting || ready.shown == wanted {
+        let now = ctx.input(|i| i.time);
+        if ready.adjusting {
             return;
         }
+        if ready.shown == wanted {
+            if ready.pixels.is_some() && now - ready.changed_at > KEPT_S {
+                ready.pixels = None;
+            } else if ready.pixels.is_some() {
+                ctx.request_repaint_after_secs((KEPT_S + 0.1) as f32);
+            }
+            return;
+        }
+        // A second change soon after the first is a slider in motion, for which the file is not read again and again.
+        let keeps = now - ready.changed_at < KEPT_S;
+        ready.changed_at = now;
         if wanted.is_identity()
             && let Some(pixels) = ready.pixels.take()
         {
@@ -238,10 +262,7 @@ impl Picture {
         ready.adjusting = true;
         let (sha256, source, kept) = (ready.sha256.clone(), ready.source.clone(), ready.pixels.clone());
         jobs.start(ctx, format!("Adjusting the {} frame", which.word()), About::Picture(which), move |progress| {
-            let result = original(kept, &source, &sha256).map(|original| {
-                let shown = wanted.apply(&original);
-                Adjusted { original, shown }
-            });
+            let result = adjusted(kept, &source, &sha256, wanted, keeps);
             (!progress.is_cancelled()).then_some(Finished::Adjusted { which, sha256, adjustment: wanted, result })
         });
     }
@@ -250,22 +271,32 @@ impl Picture {
 /// An adjusted picture.
 #[derive(Debug)]
 pub struct Adjusted {
-    /// As it is in its file.
-    pub original: Arc<RgbImage>,
+    /// As it is in its file, if it will soon be wanted again.
+    pub original: Option<Arc<RgbImage>>,
     /// As it is to be shown.
     pub shown: RgbImage,
 }
 
-/// The pixels as they are in the file: those kept, or read again.
-fn original(kept: Option<Arc<RgbImage>>, source: &Source, sha256: &str) -> Result<Arc<RgbImage>, String> {
-    if let Some(pixels) = kept {
-        return Ok(pixels);
+/// Adjusts the pixels that are kept, or those of the file. Unless they are to be kept, there is never more than one picture in memory.
+fn adjusted(
+    kept: Option<Arc<RgbImage>>,
+    source: &Source,
+    sha256: &str,
+    wanted: Adjustment,
+    keeps: bool,
+) -> Result<Adjusted, String> {
+    if let Some(original) = kept {
+        let shown = wanted.apply(&original);
+        return Ok(Adjusted { original: Some(original), shown });
     }
     let frame = source.read()?;
     if frame.sha256() != sha256 {
         return Err(format!("{}: was replaced by another picture meanwhile; open it again", source.path().display()));
     }
-    Ok(Arc::new(frame.into_image()))
+    let mut shown = frame.into_image();
+    let original = keeps.then(|| Arc::new(shown.clone()));
+    wanted.apply_in_place(&mut shown);
+    Ok(Adjusted { original, shown })
 }
 
 /// Begins to read a picture; `chosen`: because a person named it now.

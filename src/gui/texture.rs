@@ -6,8 +6,8 @@ use std::sync::Arc;
 use egui::{Color32, ColorImage, Mesh, Pos2, Rect, TextureFilter, TextureHandle, TextureOptions, TextureWrapMode};
 use image::RgbImage;
 
-/// Side of a tile, px. Every card of the last fifteen years takes 4096; half of that keeps the copy in flight at 16 MB.
-const TILE_PX: u32 = 2048;
+/// Side of a tile, px. Every card of the last fifteen years takes 4096; a quarter of that keeps the copy in flight at 4 MB.
+const TILE_PX: u32 = 1024;
 
 const OPTIONS: TextureOptions = TextureOptions {
     magnification: TextureFilter::Linear,
@@ -130,8 +130,8 @@ mod tests {
     fn tiles_cover_a_large_picture_once_and_overlap_by_a_pixel() {
         let tiles = cut([5000, 2049]);
         let area: u64 = tiles.iter().map(|t| u64::from(t.to[0] - t.from[0]) * u64::from(t.to[1] - t.from[1])).sum();
-        assert_eq!((tiles.len(), area), (6, 5000 * 2049));
-        assert_eq!((tiles[1].padded_from, tiles[1].padded_to), ([2047, 0], [4097, 2049]));
+        assert_eq!((tiles.len(), area), (15, 5000 * 2049));
+        assert_eq!((tiles[1].padded_from, tiles[1].padded_to), ([1023, 0], [2049, 1025]));
     }
 
     #[test]
