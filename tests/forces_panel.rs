@@ -67,6 +67,7 @@ fn face(columns: usize, rows: usize) -> FaceModel {
         attachment: near(22.0 * sign, 72.0),
         insertion: near(20.0 * sign, 28.0),
         half_width_mm: 14.0,
+        zone_half_angle_deg: None,
     };
     let parts = frontalis::face::FaceParts {
         name: "Test shell".to_owned(),
@@ -75,11 +76,11 @@ fn face(columns: usize, rows: usize) -> FaceModel {
             name: "Glabella".to_owned(),
             hint: "Between the brows.".to_owned(),
             vertex: near(0.0, 30.0),
-            mirror: None,
+            ..Landmark::default()
         }],
         muscles: vec![muscle(Side::Left, 1.0), muscle(Side::Right, -1.0)],
         mirror: vec![None; positions.len()],
-        regions: Vec::new(),
+        ..frontalis::face::FaceParts::default()
     };
     FaceModel::new(Mesh::new(positions, triangles).unwrap(), parts).unwrap()
 }

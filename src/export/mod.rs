@@ -22,13 +22,7 @@ pub(crate) fn scene_of_one_triangle() -> (crate::project::Project, crate::face::
 
     let first = vec![Point3::origin(), Point3::new(10.0, 0.0, 0.0), Point3::new(0.0, 10.0, 0.0)];
     let mesh = Mesh::new(first.clone(), vec![[0, 1, 2]]).unwrap();
-    let landmark = Landmark {
-        id: "nose_tip".into(),
-        name: "Tip, of the \"nose\"".into(),
-        hint: String::new(),
-        vertex: 0,
-        mirror: None,
-    };
+    let landmark = Landmark { id: "nose_tip".into(), name: "Tip, of the \"nose\"".into(), ..Landmark::default() };
     let parts = FaceParts {
         name: "One triangle".into(),
         landmarks: vec![landmark],

@@ -5,7 +5,7 @@ use std::fmt;
 
 use nalgebra::Point3;
 
-use super::mesh::NONE;
+use super::mesh::{NONE, doubled_area_vector};
 use super::{FaceModel, Mesh};
 
 /// What a face model should have; counts that are `None` are reported, not judged.
@@ -25,6 +25,8 @@ pub struct Expectations {
     pub smallest_angle_deg: f64,
     /// Largest angle of a triangle, degrees (default 140).
     pub largest_angle_deg: f64,
+    /// Largest ratio of the areas of two triangles that share an edge; `None` is reported, not judged.
+    pub largest_area_ratio: Option<f64>,
     /// Farthest that a vertex may lie from the mirror image of its partner, mm (default 1e-9).
     pub mirror_mm: f64,
     /// Whether the triangles must be mirrored too (default true); if not, a diagonal cut the other way is only named.
@@ -41,6 +43,7 @@ impl Default for Expectations {
             muscles: None,
             smallest_angle_deg: 15.0,
             largest_angle_deg: 140.0,
+            largest_area_ratio: None,
             mirror_mm: 1e-9,
             mirrored_triangles: true,
         }
@@ -67,6 +70,9 @@ impl Expectations {
             borders: Some(4),
             landmarks: Some(32),
             muscles: Some(18),
+            smallest_angle_deg: 20.0,
+            largest_angle_deg: 130.0,
+            largest_area_ratio: Some(4.0),
             ..Self::default()
         }
     }
@@ -149,6 +155,7 @@ pub fn check_against(face: &FaceModel, expected: &Expectations) -> Report {
     orientation(&mut report, mesh);
     borders(&mut report, mesh, expected);
     angles(&mut report, mesh, expected);
+    areas(&mut report, mesh, expected);
     symmetry(&mut report, face, expected);
     landmarks(&mut report, face, expected);
     muscles(&mut report, face, expected);
@@ -342,6 +349,24 @@ fn angles(report: &mut Report, mesh: &Mesh, expected: &Expectations) {
             format!("triangle {t}: vertices {:?}", mesh.triangles()[t]),
         );
     }
+}
+
+/// Neighbour triangles of very different size make springs of very different strength side by side.
+fn areas(report: &mut Report, mesh: &Mesh, expected: &Expectations) {
+    let area = |t: u32| doubled_area_vector(mesh.positions(), mesh.triangles()[t as usize]).norm();
+    let ratio = |sides: &[u32; 2]| {
+        let (a, b) = (area(sides[0]), area(sides[1]));
+        if a > b { a / b } else { b / a }
+    };
+    let inside = mesh.triangles_of_edge().iter().filter(|sides| sides[1] != NONE);
+    let Some((sides, worst)) = inside.map(|s| (s, ratio(s))).max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+    let limit = expected.largest_area_ratio;
+    let stated = limit.map_or_else(String::new, |l| format!(", limit {l}"));
+    report.judge(
+        limit.is_none_or(|l| worst <= l),
+        format!("neighbour triangles differ in area by {worst:.1} times at most{stated}"),
+        format!("triangles {} and {}", sides[0], sides[1]),
+    );
 }
 
 fn symmetry(report: &mut Report, face: &FaceModel, expected: &Expectations) {

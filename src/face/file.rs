@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
-use super::{FaceError, FaceModel, FaceParts, Landmark, Mesh, Muscle, Region};
+use super::{FaceError, FaceModel, FaceParts, Landmark, Mesh, Muscle, MusclePreset, Region};
 
 /// The version that is written, and the newest that is read.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 /// Largest file that is read, bytes: a scan of ten million vertices fits.
 pub const MAX_BYTES: u64 = 1 << 30;
 
@@ -81,9 +81,10 @@ struct Head {
     version: u64,
 }
 
+/// Version 2 added fields to version 1 and changed none, so it reads both.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct V1 {
+struct V2 {
     #[expect(dead_code, reason = "read as part of the head")]
     version: u64,
     name: String,
@@ -95,6 +96,8 @@ struct V1 {
     landmarks: Vec<Landmark>,
     #[serde(default)]
     muscles: Vec<Muscle>,
+    #[serde(default)]
+    muscle_presets: Vec<MusclePreset>,
     #[serde(default)]
     regions: Vec<Region>,
 }
@@ -129,12 +132,19 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<FaceModel, FaceFileError> {
     if !(1..=u64::from(VERSION)).contains(&head.version) {
         return Err(FaceFileError::Version { path: path.to_owned(), found: head.version });
     }
-    let v1: V1 = serde_json::from_slice(bytes).map_err(damaged)?;
+    let v2: V2 = serde_json::from_slice(bytes).map_err(damaged)?;
     let unfit = |source| FaceFileError::Face { path: path.to_owned(), source };
-    let positions: Vec<_> = v1.positions_mm.into_iter().map(Point3::from).collect();
-    let mirror = v1.mirror.unwrap_or_else(|| vec![None; positions.len()]);
-    let mesh = Mesh::new(positions, v1.triangles).map_err(|e| unfit(e.into()))?;
-    let parts = FaceParts { name: v1.name, landmarks: v1.landmarks, muscles: v1.muscles, mirror, regions: v1.regions };
+    let positions: Vec<_> = v2.positions_mm.into_iter().map(Point3::from).collect();
+    let mirror = v2.mirror.unwrap_or_else(|| vec![None; positions.len()]);
+    let mesh = Mesh::new(positions, v2.triangles).map_err(|e| unfit(e.into()))?;
+    let parts = FaceParts {
+        name: v2.name,
+        landmarks: v2.landmarks,
+        muscles: v2.muscles,
+        muscle_presets: v2.muscle_presets,
+        mirror,
+        regions: v2.regions,
+    };
     FaceModel::new(mesh, parts).map_err(unfit)
 }
 
@@ -148,6 +158,9 @@ pub fn to_json(face: &FaceModel) -> String {
     }
     rows(&mut text, "landmarks", face.landmarks());
     rows(&mut text, "muscles", face.muscles());
+    if !face.muscle_presets().is_empty() {
+        rows(&mut text, "muscle_presets", face.muscle_presets());
+    }
     rows(&mut text, "regions", face.regions());
     text.truncate(text.trim_end_matches([',', '\n']).len());
     text.push_str("\n}\n");
@@ -246,7 +259,7 @@ mod tests {
             ("\"vertex\": 2", "\"vertex\": 9", "landmark a is bound to vertex 9"),
             ("\"half_width_mm\": 5", "\"half_width_mm\": -5", "muscle m has no length or no width"),
             ("[1, 0, 3, 2]", "[1, 0]", "the mirror table has 2 rows for 4 vertices"),
-            ("\"version\": 1", "\"version\": 2", "has version 2, this program reads versions 1 to 1"),
+            ("\"version\": 1", "\"version\": 3", "has version 3, this program reads versions 1 to 2"),
             ("\"version\": 1", "\"version\": 0", "has version 0"),
         ] {
             let error = refusal(&SMALL.replace(from, to));

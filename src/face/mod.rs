@@ -14,7 +14,7 @@ pub(crate) mod patches;
 pub use generic::generic;
 pub use landmark::Landmark;
 pub use mesh::{Mesh, MeshError};
-pub use muscle::{Muscle, Side};
+pub use muscle::{Muscle, MusclePreset, Side};
 
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +25,7 @@ pub struct FaceModel {
     mesh: Mesh,
     landmarks: Vec<Landmark>,
     muscles: Vec<Muscle>,
+    muscle_presets: Vec<MusclePreset>,
     mirror: Vec<Option<u32>>,
     regions: Vec<Region>,
 }
@@ -48,6 +49,8 @@ pub struct FaceParts {
     pub landmarks: Vec<Landmark>,
     /// The muscles.
     pub muscles: Vec<Muscle>,
+    /// Other choices of muscles.
+    pub muscle_presets: Vec<MusclePreset>,
     /// For each vertex the one across the midline (itself on the midline), where there is one.
     pub mirror: Vec<Option<u32>>,
     /// Named sets of vertices.
@@ -98,15 +101,19 @@ pub enum FaceError {
         /// The muscle.
         id: String,
     },
+    /// A zone that is no cone.
+    #[error("the zone of muscle {id} must have a half angle between 0 and 90 degrees")]
+    Zone {
+        /// The muscle.
+        id: String,
+    },
 }
 
 impl FaceModel {
     /// Checks that every name is unique and every binding exists.
     pub fn new(mesh: Mesh, parts: FaceParts) -> Result<Self, FaceError> {
         let n = mesh.len();
-        let bound = |what: String, vertex: u32| {
-            if (vertex as usize) < n { Ok(()) } else { Err(FaceError::Unbound { what, vertex, vertices: n }) }
-        };
+        let bound = |what: String, vertex: u32| bound(what, vertex, n);
         let mut seen = std::collections::BTreeSet::new();
         for l in &parts.landmarks {
             bound(format!("landmark {}", l.id), l.vertex)?;
@@ -121,16 +128,13 @@ impl FaceModel {
                 return Err(FaceError::Mirror { id: l.id.clone(), mirror: mirror.clone() });
             }
         }
+        muscles_fit(&parts.muscles, n)?;
         let mut seen = std::collections::BTreeSet::new();
-        for m in &parts.muscles {
-            bound(format!("the attachment of muscle {}", m.id), m.attachment)?;
-            bound(format!("the insertion of muscle {}", m.id), m.insertion)?;
-            if !seen.insert(m.id.as_str()) {
-                return Err(FaceError::Duplicate { what: format!("muscle {}", m.id) });
+        for preset in &parts.muscle_presets {
+            if !seen.insert(preset.id.as_str()) {
+                return Err(FaceError::Duplicate { what: format!("muscle preset {}", preset.id) });
             }
-            if m.attachment == m.insertion || !(m.half_width_mm > 0.0 && m.half_width_mm.is_finite()) {
-                return Err(FaceError::EmptyMuscle { id: m.id.clone() });
-            }
+            muscles_fit(&preset.muscles, n)?;
         }
         if parts.mirror.len() != n {
             return Err(FaceError::MirrorLength { found: parts.mirror.len(), vertices: n });
@@ -147,8 +151,8 @@ impl FaceModel {
                 bound(format!("region {}", r.id), v)?;
             }
         }
-        let FaceParts { name, landmarks, muscles, mirror, regions } = parts;
-        Ok(Self { name, mesh, landmarks, muscles, mirror, regions })
+        let FaceParts { name, landmarks, muscles, muscle_presets, mirror, regions } = parts;
+        Ok(Self { name, mesh, landmarks, muscles, muscle_presets, mirror, regions })
     }
 
     /// Name for people.
@@ -176,6 +180,29 @@ impl FaceModel {
         &self.muscles
     }
 
+    /// Other choices of muscles for this face.
+    pub fn muscle_presets(&self) -> &[MusclePreset] {
+        &self.muscle_presets
+    }
+
+    /// This face with the muscles of one of its presets in place of its own; none where there is no such preset.
+    pub fn with_preset(&self, id: &str) -> Option<Self> {
+        let preset = self.muscle_presets.iter().find(|p| p.id == id)?;
+        Some(Self { muscles: preset.muscles.clone(), ..self.clone() })
+    }
+
+    /// The parts again, to change one and put them together anew.
+    pub fn to_parts(&self) -> FaceParts {
+        FaceParts {
+            name: self.name.clone(),
+            landmarks: self.landmarks.clone(),
+            muscles: self.muscles.clone(),
+            muscle_presets: self.muscle_presets.clone(),
+            mirror: self.mirror.clone(),
+            regions: self.regions.clone(),
+        }
+    }
+
     /// For each vertex the one across the midline, where there is one.
     pub fn mirror(&self) -> &[Option<u32>] {
         &self.mirror
@@ -190,4 +217,27 @@ impl FaceModel {
     pub fn region(&self, id: &str) -> &[u32] {
         self.regions.iter().find(|r| r.id == id).map_or(&[], |r| &r.vertices)
     }
+}
+
+fn bound(what: String, vertex: u32, vertices: usize) -> Result<(), FaceError> {
+    if (vertex as usize) < vertices { Ok(()) } else { Err(FaceError::Unbound { what, vertex, vertices }) }
+}
+
+/// Whether muscles have unique names, both ends on the mesh, a length and a width.
+fn muscles_fit(muscles: &[Muscle], vertices: usize) -> Result<(), FaceError> {
+    let mut seen = std::collections::BTreeSet::new();
+    for m in muscles {
+        bound(format!("the attachment of muscle {}", m.id), m.attachment, vertices)?;
+        bound(format!("the insertion of muscle {}", m.id), m.insertion, vertices)?;
+        if !seen.insert(m.id.as_str()) {
+            return Err(FaceError::Duplicate { what: format!("muscle {}", m.id) });
+        }
+        if m.attachment == m.insertion || !(m.half_width_mm > 0.0 && m.half_width_mm.is_finite()) {
+            return Err(FaceError::EmptyMuscle { id: m.id.clone() });
+        }
+        if m.zone_half_angle_deg.is_some_and(|angle| !(angle > 0.0 && angle < 90.0)) {
+            return Err(FaceError::Zone { id: m.id.clone() });
+        }
+    }
+    Ok(())
 }

@@ -30,4 +30,20 @@ pub struct Muscle {
     pub insertion: u32,
     /// Half the width of the band of fibres, mm.
     pub half_width_mm: f64,
+    /// For a muscle of convergent fibres: half the angle of the zone about the fibre, as seen from the attachment, in which it
+    /// pulls, degrees; above 0, below 90 (Waters 1987).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zone_half_angle_deg: Option<f64>,
+}
+
+/// Another choice of muscles for the same face.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MusclePreset {
+    /// Short name, unique in a face: `waters`.
+    pub id: String,
+    /// Name for people.
+    pub name: String,
+    /// The muscles.
+    pub muscles: Vec<Muscle>,
 }

@@ -27,7 +27,7 @@ fn face() -> FaceModel {
     let corners = [("a", 0), ("b", N - 1), ("c", N * (N - 1)), ("d", N * N - 1)];
     let landmarks = named
         .chain(corners)
-        .map(|(id, v)| Landmark { id: id.into(), name: id.into(), hint: String::new(), vertex: v as u32, mirror: None })
+        .map(|(id, v)| Landmark { id: id.into(), name: id.into(), vertex: v as u32, ..Landmark::default() })
         .collect();
     let mirror = vec![None; N * N];
     FaceModel::new(mesh, FaceParts { name: "dome".into(), landmarks, mirror, ..FaceParts::default() }).unwrap()

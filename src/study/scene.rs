@@ -10,7 +10,7 @@ use rand_pcg::Pcg64;
 use crate::camera::{Camera, Scale};
 use crate::customize::{self, CustomizeError, CustomizeSettings, LandmarkTarget};
 use crate::displacement::{DepthRule, UnmarkedRule};
-use crate::face::{FaceError, FaceModel, FaceParts};
+use crate::face::{FaceError, FaceModel};
 use crate::forces::{self, Springs};
 use crate::project::{CameraSettings, Feature, FramePair, FrameRef, Mark, Project, Role, Settings};
 
@@ -65,14 +65,7 @@ pub fn person(generic: &FaceModel, seed: u64, distance_mm: f64) -> Result<FaceMo
         .collect();
     let customized = customize::customize(mesh, &targets, &camera, &CustomizeSettings::default())?;
     let mesh = mesh.with_positions(customized.positions).map_err(FaceError::from)?;
-    let parts = FaceParts {
-        name: generic.name().to_owned(),
-        landmarks: generic.landmarks().to_vec(),
-        muscles: generic.muscles().to_vec(),
-        mirror: generic.mirror().to_vec(),
-        regions: generic.regions().to_vec(),
-    };
-    Ok(FaceModel::new(mesh, parts)?)
+    Ok(FaceModel::new(mesh, generic.to_parts())?)
 }
 
 /// The project of a twin: every landmark, the forehead, the brows and the still points marked at the truth plus the

@@ -54,7 +54,7 @@ const DETAILS: [Bump; 15] = [
     bump([31.0, -10.5], [15.0, 4.5], -0.8), // fold of the lower lid
     bump([33.0, 24.5], [26.0, 8.0], 1.2),   // ridge of the brow
     bump([0.0, -28.5], [9.0, 8.0], 0.6),    // tip of the nose
-    bump([13.0, -35.5], [6.0, 6.5], 3.0),   // wing of the nose
+    bump([13.2, -36.4], [6.4, 8.0], 4.6),   // wing of the nose
     bump([19.5, -35.0], [4.5, 9.0], -1.8),  // crease behind the wing
     bump([8.2, -42.4], [4.5, 3.4], -4.5),   // nostril
     bump([0.0, -47.0], [9.0, 6.0], -1.6),   // root of the upper lip
@@ -66,7 +66,8 @@ const DETAILS: [Bump; 15] = [
     bump([0.0, -98.5], [16.0, 11.0], 1.4),  // chin
 ];
 
-/// z of the face at (x, y), all mm. Even in x, continuous with its slope; outside the grid its edge is continued.
+/// z of the face at (x, y), all mm. Even in x, continuous with its slope; beyond the last column its slope goes on, beyond the
+/// rows their edge is continued.
 pub(super) fn depth(x: f64, y: f64) -> f64 {
     let x = x.abs();
     let row = ((TOP - y) / STEP).clamp(0.0, (GRID.len() - 1) as f64);
@@ -86,7 +87,9 @@ impl Bump {
 }
 
 fn along_row(row: &[f64; 8], column: f64) -> f64 {
-    let column = column.clamp(0.0, 7.0);
+    if column > 7.0 {
+        return row[7] + (column - 7.0) * (row[7] - row[6]);
+    }
     let j = (column as usize).min(6);
     // Across the midline stands the mirror image of the first column.
     let before = if j == 0 { row[1] } else { row[j - 1] };

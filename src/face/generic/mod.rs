@@ -1,27 +1,37 @@
 //! The generic face: 612 vertices, 1128 triangles, and the generator that makes it from the proportions of adult faces.
 //!
-//! The generator draws the left half (lines round the eye and the mouth, rows across the brow and the forehead), fills it
-//! evenly, lifts it onto a depth map, mirrors it, and binds landmarks and muscles to vertices. What it makes is also embedded
-//! as a file, so that a program start costs a parse instead of a relaxation; a test holds the two equal.
+//! The generator lays the edge flow of the left half (columns along the fibres of the forehead, rings round eye, mouth and nose),
+//! makes it fair on a depth map, mirrors it, and binds landmarks and muscles to vertices. What it makes is also embedded as a
+//! file, so that a program start costs a parse instead of a relaxation; a test holds the two equal. Faces of other
+//! [`proportions`] are the same face moved.
 
 mod anatomy;
 mod depth_map;
-mod features;
-mod half;
-mod triangulation;
+mod drawing;
+mod fairing;
+mod layout;
+pub mod proportions;
+mod surface;
 
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
 use nalgebra::Point3;
 
-use super::{FaceError, FaceModel, FaceParts, Landmark, Mesh, Muscle, Region, Side, file};
-use anatomy::{MUSCLES, PLACES, PLACING_ORDER, Pair};
-use features::FOREHEAD_ROWS;
-use half::{Half, on_surface};
+use super::{FaceError, FaceModel, FaceParts, Landmark, Mesh, Muscle, MusclePreset, Region, Side, file};
+use anatomy::{MUSCLES, PLACES, PLACING_ORDER, Pair, WATERS_MUSCLES};
+use drawing::{BROW, COLUMNS};
+use layout::Layout;
+use surface::on_surface;
 
 /// The file that the program carries.
 const EMBEDDED: &[u8] = include_bytes!("../../../assets/faces/generic.json");
+
+/// Places that no expression of the brow moves: the saddle and the back of the nose.
+const STILL_ON_MIDLINE: [[f64; 2]; 3] = [[0.0, 4.0], [0.0, -2.5], [0.0, -9.0]];
+/// Beside it: the nose, the inner corner of the eye, and the skin over the cheek bone and the temple in front of the ear.
+const STILL_BESIDE: [[f64; 2]; 7] =
+    [[4.6, 4.2], [4.2, -9.0], [18.4, 0.0], [14.8, 0.2], [70.2, 13.0], [66.5, -3.0], [66.3, -11.0]];
 
 /// Positions are rounded to this fraction of a millimetre, so that the file is short and reads back to the same numbers.
 const PER_MM: f64 = 1e4;
@@ -40,12 +50,19 @@ pub fn generic() -> Arc<FaceModel> {
 
 /// Makes the generic face from its drawing. The same bytes on every machine and in every run.
 pub fn generate() -> Result<FaceModel, FaceError> {
-    let whole = Whole::mirrored(Half::build());
+    let mut half = Layout::new();
+    fairing::fair(&mut half);
+    let whole = Whole::mirrored(half);
     let mesh = Mesh::new(whole.positions.clone(), whole.triangles.clone())?;
     let parts = FaceParts {
         name: "Generic adult face".to_owned(),
         landmarks: whole.landmarks(),
-        muscles: MUSCLES.iter().flat_map(|p| [Side::Left, Side::Right].map(|side| whole.muscle(p, side))).collect(),
+        muscles: whole.muscles(&MUSCLES),
+        muscle_presets: vec![MusclePreset {
+            id: "waters".to_owned(),
+            name: "Waters' 18 muscles of convergent fibres".to_owned(),
+            muscles: whole.muscles(&WATERS_MUSCLES),
+        }],
         mirror: (0..whole.positions.len()).map(|v| Some(whole.across(v) as u32)).collect(),
         regions: whole.regions(),
     };
@@ -54,7 +71,7 @@ pub fn generate() -> Result<FaceModel, FaceError> {
 
 /// Both halves. Vertices: the midline from top to bottom, then the left half, then its mirror image in the same order.
 struct Whole {
-    half: Half,
+    half: Layout,
     /// Vertices on the midline.
     midline: usize,
     /// Vertices beside it, on each side.
@@ -66,16 +83,16 @@ struct Whole {
 }
 
 impl Whole {
-    fn mirrored(half: Half) -> Self {
-        let midline: Vec<usize> =
-            half.curve("midline_upper").iter().chain(half.curve("midline_lower")).copied().collect();
-        let others = (0..half.points.len()).filter(|v| !midline.contains(v));
+    fn mirrored(half: Layout) -> Self {
+        let mut midline: Vec<usize> = (0..half.places.len()).filter(|&v| half.places[v][0] == 0.0).collect();
+        midline.sort_by(|&a, &b| half.places[b][1].total_cmp(&half.places[a][1]));
+        let others = (0..half.places.len()).filter(|v| !midline.contains(v));
         let order: Vec<usize> = midline.iter().copied().chain(others).collect();
         let mut number = vec![0; order.len()];
         for (new, &old) in order.iter().enumerate() {
             number[old] = new;
         }
-        let place = |v: &usize| on_surface(half.points[*v]).map(|c| (c * PER_MM).round() / PER_MM);
+        let place = |v: &usize| on_surface(half.places[*v]).map(rounded);
         let mut positions: Vec<Point3<f64>> = order.iter().map(place).collect();
         positions.extend(order[midline.len()..].iter().map(place).map(|p| Point3::new(-p.x, p.y, p.z)));
         let (midline, beside) = (midline.len(), order.len() - midline.len());
@@ -121,9 +138,15 @@ impl Whole {
                 hint: place.hint.to_owned(),
                 vertex: self.on(side, self.nearest(place.at)),
                 mirror: side.map(opposite).map(id),
+                in_68: place.in_68.map(|[right, left]| if side == Some(Side::Left) { left } else { right }),
+                in_468: Some(place.in_468[usize::from(side == Some(Side::Left))]),
             }
         };
         PLACING_ORDER.iter().map(landmark).collect()
+    }
+
+    fn muscles(&self, pairs: &[Pair]) -> Vec<Muscle> {
+        pairs.iter().flat_map(|p| [Side::Left, Side::Right].map(|side| self.muscle(p, side))).collect()
     }
 
     fn muscle(&self, pair: &Pair, side: Side) -> Muscle {
@@ -135,20 +158,21 @@ impl Whole {
             attachment: self.on(Some(side), self.nearest(pair.attachment)),
             insertion: self.on(Some(side), self.nearest(pair.insertion)),
             half_width_mm: pair.half_width,
+            zone_half_angle_deg: pair.zone_half_angle,
         }
     }
 
-    /// The vertices along drawn curves on the left half.
-    fn along(&self, curve: &str) -> Vec<usize> {
-        self.half.curve(curve).iter().map(|&v| self.number[v]).collect()
+    /// Vertices of the half by their numbers in the whole.
+    fn numbers<'a>(&'a self, of_half: impl IntoIterator<Item = &'a usize>) -> Vec<usize> {
+        of_half.into_iter().map(|&v| self.number[v]).collect()
     }
 
-    /// A row that starts on the midline, whole: from the right rim to the left one, without the rim itself.
-    fn row(&self, curve: &str) -> Vec<u32> {
-        let left = self.along(curve);
-        let inner = &left[..left.len().saturating_sub(1)];
-        let right = inner.iter().skip(1).rev().map(|&v| self.across(v));
-        right.chain(inner.iter().copied()).map(|v| v as u32).collect()
+    /// A row of the grid, whole, from the person's right to the left, as far out as `column`.
+    fn row(&self, row: usize, column: usize) -> Vec<u32> {
+        let left: Vec<usize> = (0..=column).filter_map(|c| self.half.grid[c][row]).collect();
+        let left = self.numbers(&left);
+        let right = left.iter().skip(1).rev().map(|&v| self.across(v));
+        right.chain(left.iter().copied()).map(|v| v as u32).collect()
     }
 
     /// Vertices of the left half, then the same of the right, each once.
@@ -163,20 +187,13 @@ impl Whole {
     }
 
     fn regions(&self) -> Vec<Region> {
-        let forehead: Vec<u32> = FOREHEAD_ROWS.iter().flat_map(|row| self.row(row)).collect();
-        // Beyond the tail of the brow the row runs on to the temple: those vertices do not move with it.
-        let tail = PLACES.iter().find(|p| p.id == "brow_outer").map_or(0.0, |p| p.at[0]);
-        let brow_row = self.row("brow");
-        let (brows, temples): (Vec<u32>, Vec<u32>) =
-            brow_row.iter().partition(|&&v| self.positions[v as usize].x.abs() <= tail);
-        let mut lids = self.along("eye_upper");
-        lids.extend(self.along("lid_fold").into_iter().filter(|&v| self.positions[v].y > 0.5));
-        let lips: Vec<usize> =
-            ["lip_upper", "mouth_upper", "mouth_lower", "lip_lower"].iter().flat_map(|c| self.along(c)).collect();
-        let mut still: Vec<u32> =
-            [[0.0, 4.0], [0.0, -2.5], [0.0, -9.0]].iter().map(|&p| self.nearest(p) as u32).collect();
-        still.extend(self.both(&[[5.0, -3.5], [5.3, -11.2], [18.4, 0.0], [13.9, -0.6]].map(|p| self.nearest(p))));
-        still.extend(temples);
+        let forehead: Vec<u32> = (0..BROW).flat_map(|row| self.row(row, COLUMNS - 1)).collect();
+        let brows = self.row(BROW, drawing::EYE.columns[1]);
+        let lid = |ring: usize| self.half.eye.iter().rev().nth(ring).map_or(&[][..], |r| &r[..=r.len() / 2]);
+        let lids = self.numbers(lid(0).iter().chain(lid(1)));
+        let lips = self.numbers(self.half.mouth.iter().rev().take(2).flatten());
+        let mut still: Vec<u32> = STILL_ON_MIDLINE.iter().map(|&p| self.nearest(p) as u32).collect();
+        still.extend(self.both(&STILL_BESIDE.map(|p| self.nearest(p))));
         let region = |id: &str, vertices: Vec<u32>| Region { id: id.to_owned(), vertices };
         vec![
             region("forehead_and_brows", forehead.iter().chain(&brows).copied().collect()),
@@ -187,6 +204,11 @@ impl Whole {
             region("still", still),
         ]
     }
+}
+
+/// A coordinate as the file holds it.
+fn rounded(mm: f64) -> f64 {
+    (mm * PER_MM).round() / PER_MM
 }
 
 fn word(side: Side) -> &'static str {

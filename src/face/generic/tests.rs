@@ -114,5 +114,57 @@ fn regions_are_marked_row_by_row_and_each_vertex_once() {
     // Left to right in the picture within a row: x falls back only where a row ends.
     let p = face.mesh().positions();
     let starts = all.windows(2).filter(|w| p[w[1] as usize].x < p[w[0] as usize].x).count();
-    assert_eq!(starts, FOREHEAD_ROWS.len());
+    assert_eq!(starts, BROW, "as many rows above the brow, each but the first begins anew");
+}
+
+/// Fibres of the frontalis run along edges: from every vertex of the brow a column of edges leads up to the top row, and leans
+/// outwards by no more than the muscle does (Frank 2019: 6.7 ± 2.9° to 21.3 ± 5.9°).
+#[test]
+fn the_columns_of_the_forehead_follow_the_fibres() {
+    let face = generic();
+    let p = face.mesh().positions();
+    let rows: Vec<Vec<u32>> = face.region("forehead").chunks(2 * COLUMNS - 1).map(<[u32]>::to_vec).collect();
+    assert_eq!(rows.len(), BROW);
+    for pair in rows.windows(2) {
+        for (above, below) in pair[0].iter().zip(&pair[1]) {
+            assert!(face.mesh().neighbours(*above as usize).contains(below), "no edge from {above} to {below}");
+        }
+    }
+    for (top, bottom) in rows[0].iter().zip(&rows[BROW - 1]) {
+        let (a, b) = (p[*top as usize], p[*bottom as usize]);
+        let lean = ((a.x.abs() - b.x.abs()) / (a.y - b.y)).atan().to_degrees();
+        assert!((-12.0..22.0).contains(&lean), "the column over {bottom} leans {lean:.0}°");
+    }
+}
+
+#[test]
+fn landmarks_name_the_same_places_of_other_sets() {
+    let face = generic();
+    let numbers: Vec<u16> = face.landmarks().iter().filter_map(|l| l.in_468).collect();
+    assert_eq!(numbers.len(), 32);
+    let unique: std::collections::BTreeSet<_> = numbers.iter().collect();
+    assert_eq!(unique.len(), 32);
+    let in_68: std::collections::BTreeSet<_> = face.landmarks().iter().filter_map(|l| l.in_68).collect();
+    assert_eq!(in_68.len(), 27, "the 68-point markup has no top and bottom of the eyes and no forehead");
+    // The two ends of the markup's outline and its middle, the tip of the nose, the corners of the mouth.
+    for (id, number) in
+        [("temple_right", 1), ("temple_left", 17), ("chin", 9), ("nose_tip", 31), ("mouth_corner_left", 55)]
+    {
+        assert_eq!(face.landmark(id).unwrap().in_68, Some(number));
+    }
+}
+
+#[test]
+fn the_preset_of_waters_has_its_eighteen_muscles_with_zones() {
+    let waters = generic().with_preset("waters").unwrap();
+    assert_eq!(waters.muscles().len(), 18);
+    assert!(waters.muscles().iter().all(|m| m.zone_half_angle_deg.is_some()));
+    for (muscle, pair) in waters.muscles().iter().zip(WATERS_MUSCLES.iter().flat_map(|p| [p, p])) {
+        for (vertex, [x, y]) in [(muscle.attachment, pair.attachment), (muscle.insertion, pair.insertion)] {
+            let p = waters.mesh().positions()[vertex as usize];
+            let d = ((p.x.abs() - x).powi(2) + (p.y - y).powi(2)).sqrt();
+            assert!(d < 5.0, "{}: {d:.1} mm", muscle.id);
+        }
+    }
+    assert!(generic().with_preset("none").is_none());
 }
