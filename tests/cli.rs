@@ -234,6 +234,17 @@ fn face_lists_shows_exports_checks_and_generates() {
     let json = dir.path().join("face.json");
     done(&["face", "generate", "--out", text(&json)]);
     done(&["face", "check", text(&json)]);
+    // Another nose: only its length changes, to 0.1 mm in print.
+    let long = dir.path().join("long.json");
+    done(&["face", "generate", "--set", "nose_length=55", "--set", "jaw_width=120", "--out", text(&long)]);
+    let longer = done(&["face", "show", "--face", text(&long)]);
+    assert!(longer.contains("nose_length          55.0 ") && longer.contains("jaw_width           120.0 "), "{longer}");
+    for (set, said) in
+        [("nose=5", "no proportion of a face"), ("nose_length=5", "nose_length is 5 mm; it must lie between")]
+    {
+        let refused = refused(&["face", "generate", "--set", set, "--out", text(&long)]);
+        assert!(refused.contains(said), "{refused}");
+    }
     assert_eq!(done(&["face", "show", "--face", text(&json)]), shown);
 
     let bad = dir.path().join("bad.json");

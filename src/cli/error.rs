@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use crate::draw::height_map::HeightMapError;
 use crate::export::NoFrame;
 use crate::face::file::FaceFileError;
+use crate::face::generic::proportions::ProportionError;
 use crate::face::import::ImportError;
 use crate::frames::FrameError;
 use crate::project::{FrameStatus, ProjectFileError};
@@ -46,6 +47,9 @@ pub enum CliError {
     /// The face model.
     #[error(transparent)]
     Face(#[from] FaceFileError),
+    /// Proportions that no face has.
+    #[error(transparent)]
+    Proportions(#[from] ProportionError),
     /// A mesh of another program.
     #[error("{}: {source}", .path.display())]
     Mesh {

@@ -8,6 +8,7 @@ use clap::Subcommand;
 
 use super::error::CliError;
 use super::scene::face_at;
+use crate::face::generic::proportions;
 use crate::face::{self, FaceModel, check, import as mesh_import};
 use crate::project::whole_file::{self, Durability};
 
@@ -44,8 +45,11 @@ enum Action {
     },
     /// Makes a face model file of a mesh (OBJ, PLY, CANDIDE .wfm), and says what was repaired and guessed.
     Import(import::Arguments),
-    /// Generates the generic face anew and writes its file.
+    /// Generates the generic face anew, or one of other proportions, and writes its file.
     Generate {
+        /// A proportion in place of its mean, mm: `nose_length=55`. May be given several times; `face show` lists them.
+        #[arg(long, value_name = "NAME=MM", value_parser = proportion)]
+        set: Vec<(String, f64)>,
         /// The face model file to write.
         #[arg(long, value_name = "FILE")]
         out: PathBuf,
@@ -76,8 +80,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
             if report.ok() { Ok(()) } else { Err(CliError::FaceFailed(face.name().to_owned())) }
         }
         Action::Import(arguments) => import::run(arguments),
-        Action::Generate { out } => write(out, &face::file::to_json(&face::generic::generate()?)),
+        Action::Generate { set, out } => {
+            let wanted: Vec<(&str, f64)> = set.iter().map(|(id, mm)| (id.as_str(), *mm)).collect();
+            write(out, &face::file::to_json(&proportions::generate_with(&wanted)?))
+        }
     }
+}
+
+/// `nose_length=55` as a name and millimetres.
+fn proportion(text: &str) -> Result<(String, f64), String> {
+    let (id, mm) = text.split_once('=').ok_or("write NAME=MM, such as nose_length=55")?;
+    let mm = mm.parse().map_err(|_| format!("`{mm}` is not a number of millimetres"))?;
+    Ok((id.to_owned(), mm))
 }
 
 fn write(out: &Path, text: &str) -> Result<(), CliError> {
@@ -99,20 +113,41 @@ fn counts(face: &FaceModel) -> String {
 
 fn description(face: &FaceModel) -> String {
     use std::fmt::Write as _;
-    let mut text = format!("{}\n{}\n\nlandmarks (id, vertex, x y z in mm, name)\n", face.name(), counts(face));
+    let mut text = format!(
+        "{}\n{}\n\nlandmarks (id, vertex, x y z in mm, number in the 68-point markup, vertex of the 468-vertex mesh, name)\n",
+        face.name(),
+        counts(face)
+    );
+    let number = |n: Option<u16>| n.map_or_else(|| "-".to_owned(), |n| n.to_string());
     let at = |v: u32| face.mesh().positions().get(v as usize).copied().unwrap_or_default();
     for l in face.landmarks() {
         let p = at(l.vertex);
-        let _ = writeln!(text, "  {:<22} {:>4}  {:>7.2} {:>7.2} {:>7.2}  {}", l.id, l.vertex, p.x, p.y, p.z, l.name);
-    }
-    text.push_str("\nmuscles (id, action unit, attachment, insertion, length in mm, Latin name)\n");
-    for m in face.muscles() {
-        let length = (at(m.attachment) - at(m.insertion)).norm();
+        let [x, y, z] = [p.x, p.y, p.z];
+        let (in_68, in_468) = (number(l.in_68.map(u16::from)), number(l.in_468));
         let _ = writeln!(
             text,
-            "  {:<28} {:>2}  {:>4} {:>4}  {length:>6.2}  {}",
-            m.id, m.action_unit, m.attachment, m.insertion, m.latin
+            "  {:<22} {:>4}  {x:>7.2} {y:>7.2} {z:>7.2}  {in_68:>2} {in_468:>3}  {}",
+            l.id, l.vertex, l.name
         );
+    }
+    let presets =
+        face.muscle_presets().iter().map(|p| (format!("muscles of the preset {}", p.id), p.muscles.as_slice()));
+    for (title, muscles) in std::iter::once(("muscles".to_owned(), face.muscles())).chain(presets) {
+        let _ = writeln!(text, "\n{title} (id, action unit, attachment, insertion, length in mm, Latin name)");
+        for m in muscles {
+            let length = (at(m.attachment) - at(m.insertion)).norm();
+            let _ = writeln!(
+                text,
+                "  {:<28} {:>2}  {:>4} {:>4}  {length:>6.2}  {}",
+                m.id, m.action_unit, m.attachment, m.insertion, m.latin
+            );
+        }
+    }
+    if let Ok(values) = proportions::measured(face) {
+        text.push_str("\nproportions (name, mm, standard deviation among adults, what is measured)\n");
+        for (p, value) in proportions::PROPORTIONS.iter().zip(values) {
+            let _ = writeln!(text, "  {:<18} {value:>6.1} ± {:<4} {}", p.id, p.sd_mm, p.name);
+        }
     }
     if !face.regions().is_empty() {
         text.push_str("\nregions (id, number of vertices)\n");

@@ -4,6 +4,7 @@ use std::path::{Component, Path, PathBuf};
 
 use super::document::{FaceSource, FrameRef, Project};
 use super::edit::{Edit, Which};
+use super::sample;
 use super::whole_file::folder_of;
 
 /// Where a frame lies on disk. A relative path begins at the project file's folder.
@@ -35,13 +36,15 @@ pub fn to_text(project_path: Option<&Path>, path: &Path) -> Result<String, NotUn
 }
 
 /// The edits that make a project's paths right after its file goes from one place to another (saved for the first
-/// time, or under another name). Paths that cannot be written stay as they are.
+/// time, or under another name). Paths that cannot be written stay as they are, and so do the bare names of the sample's
+/// frames while they lie in the program alone: they are written beside the file.
 pub fn rebase(project: &Project, from: Option<&Path>, to: &Path) -> Vec<Edit> {
     let here = Path::new("unnamed");
     let moved = |text: &str| to_text(Some(to), &resolve_text(from.unwrap_or(here), text)).ok().filter(|t| t != text);
     let mut edits = Vec::new();
     for (which, frame) in [(Which::First, &project.frames.first), (Which::Last, &project.frames.last)] {
         if let Some(frame) = frame
+            && (from.is_some() || sample::frame_bytes(frame).is_none())
             && let Some(path) = moved(&frame.path)
         {
             edits.push(Edit::SetFrame(which, Some(FrameRef { path, ..frame.clone() })));

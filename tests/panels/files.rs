@@ -232,8 +232,11 @@ fn the_sample_opens_and_takes_its_frames_along_when_saved() {
     window.run_steps(3);
     assert_eq!(window.state().view().modal, None);
     let saved = file::load(&at).unwrap();
-    for frame in [saved.frames.first.unwrap(), saved.frames.last.unwrap()] {
-        assert!(frontalis::project::frames_check::status(&at, &frame).is_ok(), "{}", frame.path);
+    for (name, frame) in
+        ["first.png", "last.png"].into_iter().zip([saved.frames.first.unwrap(), saved.frames.last.unwrap()])
+    {
+        assert_eq!(frame.path, name, "beside the project, wherever the program was started");
+        assert!(frontalis::project::frames_check::status(&at, &frame).is_ok());
     }
 }
 

@@ -112,7 +112,7 @@ impl Layout {
                         (None, None) => [0.0, 0.0],
                     }
                 });
-                let forehead = row <= BROW && column <= 6;
+                let forehead = row == BROW || (row < BROW && column <= 6);
                 let nose = column <= 2 && (7..=13).contains(&row);
                 let pin = if forehead || nose { Pin::Fixed } else { Pin::Free };
                 cells.push(Some(self.vertex(place, pin)));
@@ -242,6 +242,7 @@ impl Layout {
 
     /// The two lines between the grid and the outside: each coarser than the one before.
     fn lay_rim(&mut self) {
+        const FINE: usize = 400;
         let above = (0..COLUMNS).map(|c| (c, 0));
         let side = (1..ROWS).map(|r| (COLUMNS, r));
         let below = (0..COLUMNS).rev().map(|c| (c, ROWS));
@@ -253,7 +254,6 @@ impl Layout {
         }
         // Halfway between the border of the grid and the rim, cut evenly.
         let inside: Vec<Place> = border.iter().map(|&v| self.places[v]).collect();
-        const FINE: usize = 400;
         let halfway: Vec<Place> = (0..=FINE)
             .map(|k| {
                 let t = k as f64 / FINE as f64;

@@ -106,10 +106,10 @@ pub static PROPORTIONS: [Proportion; 15] = [
     },
     Proportion {
         id: "nose_protrusion",
-        name: "root of the upper lip to tip of the nose (sn–prn)",
+        name: "tip of the nose before the root of the upper lip",
         sd_mm: 2.0,
         source: ASSUMED,
-        measure: Measure::Distance("subnasale", "nose_tip"),
+        measure: Measure::Protrusion("nose_tip", "subnasale"),
         field: |p| Vector3::new(0.0, 0.0, hill(p.x, 22.0) * hill(p.y + 29.0, 28.0)),
     },
     Proportion {
@@ -165,7 +165,7 @@ pub static PROPORTIONS: [Proportion; 15] = [
 ];
 
 /// Proportions farther from their mean than so many standard deviations are refused: no adult has them.
-pub const MOST_DEVIATIONS: f64 = 6.0;
+pub const MOST_DEVIATIONS: f64 = 4.0;
 
 /// Why a face of given proportions cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -377,7 +377,7 @@ mod tests {
         let refusal = |wanted: &[(&str, f64)]| generate_with(wanted).unwrap_err().to_string();
         assert!(refusal(&[("nose", 50.0)]).starts_with("`nose` is no proportion of a face"));
         let range = refusal(&[("nose_length", 90.0)]);
-        assert!(range.starts_with("nose_length is 90 mm; it must lie between 34"), "{range}");
+        assert!(range.starts_with("nose_length is 90 mm; it must lie between 39"), "{range}");
         assert!(refusal(&[("nose_length", f64::NAN)]).starts_with("nose_length is NaN mm"));
     }
 
@@ -392,7 +392,7 @@ mod tests {
             ("eye_distance", 36.9, 0.5),
             ("mouth_width", 50.7, 1.0),
             ("nose_width", 36.0, 1.0),
-            ("nose_protrusion", 22.0, 2.0),
+            ("nose_protrusion", 15.0, 2.5),
             ("jaw_width", 115.0, 1.0),
             ("forehead_height", 71.0, 4.0),
         ] {
