@@ -15,7 +15,7 @@ use frontalis::gui::height_map::{
 };
 use frontalis::gui::orbit_view::{OrbitView, StandardView};
 use frontalis::gui::panels::forces::{self, ForcesView, Tab, vertex_name};
-use frontalis::gui::{Command, Focus, Scene, theme};
+use frontalis::gui::{Command, Focus, Scene, Stamp, theme};
 use frontalis::pipeline::{ForceField, LandmarkFit, Outcome, Warning, Workspace, solve};
 use frontalis::project::{Feature, Mark, PointId, Project, Role};
 use nalgebra::{Point2, Point3, Vector3};
@@ -211,7 +211,13 @@ impl State {
     }
 
     fn scene(&self) -> Scene<'_> {
-        Scene { project: &self.project, outcome: &self.outcome, face: &self.face }
+        Scene { project: &self.project, outcome: &self.outcome, face: &self.face, stamp: self.stamp() }
+    }
+
+    /// Tests change the outcome in place: another field, another stamp.
+    fn stamp(&self) -> Stamp {
+        let sum: f64 = self.outcome.field.force.iter().map(|f| f.x + 3.0 * f.y + 7.0 * f.z).sum();
+        Stamp { face: self.face.mesh().len() as u64, outcome: sum.to_bits() }
     }
 
     fn layer(&self) -> Layer {
@@ -225,8 +231,9 @@ impl State {
 }
 
 fn panel(ui: &mut egui::Ui, state: &mut State) {
+    let stamp = state.stamp();
     let State { project, face, outcome, view, focus, commands } = state;
-    let scene = Scene { project, outcome, face };
+    let scene = Scene { project, outcome, face, stamp };
     forces::show(ui, scene, view, focus, commands);
     // As the application does.
     for command in commands.iter() {

@@ -39,6 +39,20 @@ pub enum Action {
     WorkspaceFrames,
     /// Show the workspace of the forces.
     WorkspaceForces,
+    /// Show the workspace of the face model.
+    WorkspaceFace,
+    /// Open a mesh, to make a face model of it.
+    OpenMesh,
+    /// Open a face model.
+    OpenFace,
+    /// Save the face model.
+    SaveFace,
+    /// Save the face model under another name.
+    SaveFaceAs,
+    /// Fit this face model in the project.
+    UseFace,
+    /// Fit the generic face in the project.
+    UseGeneric,
     /// Fit the picture into its pane.
     Fit,
     /// Closer.
@@ -167,6 +181,8 @@ pub enum Menu {
     Edit,
     /// How things are shown.
     View,
+    /// The face model.
+    Face,
     /// The selected point.
     Point,
     /// Moving the selected point by keys; a part of the menu of the point.
@@ -177,7 +193,7 @@ pub enum Menu {
 
 impl Menu {
     /// The menus of the bar.
-    pub const BAR: [Self; 5] = [Self::File, Self::Edit, Self::View, Self::Point, Self::Help];
+    pub const BAR: [Self; 6] = [Self::File, Self::Edit, Self::View, Self::Face, Self::Point, Self::Help];
 
     /// Its title.
     pub fn title(self) -> &'static str {
@@ -185,6 +201,7 @@ impl Menu {
             Self::File => "File",
             Self::Edit => "Edit",
             Self::View => "View",
+            Self::Face => "Model",
             Self::Point => "Point",
             Self::Nudge => "Nudge",
             Self::Help => "Help",

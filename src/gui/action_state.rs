@@ -1,6 +1,7 @@
 //! Which actions can be done now, and which switches are on: what menus, toolbar, palette and guide show greyed or ticked.
 
 use super::action::Action;
+use super::face_work::FaceWork;
 use super::panels::forces::Tab;
 use super::panels::frames::{Tool, points};
 use super::view_state::{ViewState, Workspace};
@@ -12,6 +13,8 @@ use crate::project::{History, MarkState, PointId, Role, edit};
 pub struct ActionState {
     undo: Option<String>,
     redo: Option<String>,
+    face: bool,
+    slot: bool,
     frames: bool,
     results: bool,
     last_marks: bool,
@@ -42,7 +45,7 @@ struct Switches {
 
 impl ActionState {
     /// What can be done with this project, shown like this.
-    pub fn new(scene: Scene<'_>, history: &History, view: &ViewState, dark: bool) -> Self {
+    pub fn new(scene: Scene<'_>, history: &History, face: &FaceWork, view: &ViewState, dark: bool) -> Self {
         let selected = view.focus.selected.clone();
         let mark = selected.as_ref().and_then(|id| edit::mark(scene.project, id)).map(|m| m.state);
         let known = selected.as_ref().and_then(|id| points::of(scene, id));
@@ -53,10 +56,17 @@ impl ActionState {
             _ => None,
         };
         let f = &view.frames;
-        let in_forces = view.workspace == Workspace::Forces;
+        let steps = match (view.workspace, face.open()) {
+            (Workspace::Face, Some(open)) => open.draft.steps(),
+            _ => [history.done().last(), history.undone().next()],
+        };
+        let [undo, redo] = steps.map(|s| s.map(str::to_owned));
+        let (forces, shown) = (&view.forces, &view.face);
         Self {
-            undo: history.done().last().map(str::to_owned),
-            redo: history.undone().next().map(str::to_owned),
+            undo,
+            redo,
+            face: face.open().is_some(),
+            slot: view.face.selected.is_some(),
             frames: scene.project.frames.first.is_some() || scene.project.frames.last.is_some(),
             results: scene.outcome.states.iter().any(|s| s.is_known()),
             last_marks: scene.project.features.values().any(|f| f.last.is_some()),
@@ -71,13 +81,24 @@ impl ActionState {
                 linked: f.linked,
                 swapped: f.swapped,
                 // A switch that acts in the workspace shown tells of that workspace.
-                marks: if in_forces { view.forces.options.markers } else { f.show_marks },
-                names: f.show_names,
-                wireframe: if in_forces { view.forces.options.wireframe } else { f.show_marks && f.wireframe.visible },
+                marks: match view.workspace {
+                    Workspace::Frames => f.show_marks,
+                    Workspace::Forces => forces.options.markers,
+                    Workspace::Face => shown.marks,
+                },
+                names: if view.workspace == Workspace::Face { shown.names } else { f.show_names },
+                wireframe: match view.workspace {
+                    Workspace::Frames => f.show_marks && f.wireframe.visible,
+                    Workspace::Forces => forces.options.wireframe,
+                    Workspace::Face => shown.wireframe,
+                },
                 region_only: f.wireframe.region_only,
                 loupe: f.loupe.always,
                 clahe: f.panes[f.active as usize].adjustment.clahe.is_some(),
-                table: if in_forces { view.forces.tab == Tab::Table } else { f.table_shown },
+                table: match view.workspace {
+                    Workspace::Forces => forces.tab == Tab::Table,
+                    _ => f.table_shown,
+                },
                 history: f.side == panels::frames::SideTab::History,
                 range_locked: view.forces.range_is_locked(),
             },
@@ -90,6 +111,8 @@ impl ActionState {
         match action {
             Action::Undo => self.undo.is_some(),
             Action::Redo => self.redo.is_some(),
+            Action::SaveFace | Action::SaveFaceAs | Action::UseFace => self.face,
+            Action::ClearMark if self.switches.workspace == Workspace::Face => self.slot,
             Action::Export => self.results,
             Action::ClearLast => self.last_marks,
             Action::ClearMark | Action::Lock | Action::Uncertain | Action::Occluded => self.mark.is_some(),
@@ -108,6 +131,7 @@ impl ActionState {
         Some(match action {
             Action::WorkspaceFrames => s.workspace == Workspace::Frames,
             Action::WorkspaceForces => s.workspace == Workspace::Forces,
+            Action::WorkspaceFace => s.workspace == Workspace::Face,
             Action::ToolSelect => s.tool == Tool::Select,
             Action::ToolLandmarks => s.tool == Tool::Landmarks,
             Action::ToolFeatures => s.tool == Tool::Features,
@@ -139,6 +163,8 @@ impl ActionState {
         match (action, &self.undo, &self.redo) {
             (Action::Undo, Some(step), _) => format!("Undo: {step}"),
             (Action::Redo, _, Some(step)) => format!("Redo: {step}"),
+            // The key saves what is shown.
+            (Action::Save, ..) if self.switches.workspace == Workspace::Face => Action::SaveFace.label().to_owned(),
             _ => action.label().to_owned(),
         }
     }

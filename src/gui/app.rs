@@ -6,16 +6,17 @@ use std::sync::Arc;
 use super::action::{self, Action};
 use super::action_state::ActionState;
 use super::dialogs::Dialogs;
+use super::face_work::FaceWork;
 use super::jobs::Jobs;
 use super::panels::frames::points;
 use super::pictures::Pictures;
 use super::view_state::{ViewState, Workspace};
-use super::{Command, Scene, panels};
+use super::{Command, Scene, Stamp, files, panels};
 use crate::face::FaceModel;
 use crate::pipeline::{self, Outcome};
 use crate::project::autosave::{self, Unnamed};
 use crate::project::recent::Recent;
-use crate::project::{History, Project, Which};
+use crate::project::{FaceSource, History, Project, Which};
 
 /// Size of the picture while there is none, px: that of the thesis.
 const SIZE_WITHOUT_FRAMES_PX: [u32; 2] = [1036, 1036];
@@ -23,7 +24,13 @@ const SIZE_WITHOUT_FRAMES_PX: [u32; 2] = [1036, 1036];
 /// The window: the project with its history, what the chain makes of it, and how it is shown.
 pub struct App {
     pub(super) document: OpenDocument,
+    /// The face that is fitted, and which one the project calls it.
     pub(super) face: Arc<FaceModel>,
+    pub(super) face_source: FaceSource,
+    /// Faces that this window has had, so that an undo need not read them again.
+    pub(super) faces: Vec<(FaceSource, Arc<FaceModel>)>,
+    pub(super) face_work: FaceWork,
+    pub(super) stamp: Stamp,
     pub(super) outcome: Outcome,
     pub(super) solver: Solver,
     pub(super) pictures: Pictures,
@@ -111,11 +118,12 @@ impl App {
         let mut workspace = pipeline::Workspace::default();
         let outcome = pipeline::solve(&project, &face, image_size_px(&project), &mut workspace);
         let mut view = ViewState::default();
-        // Still points are few and needed first; of the others, the first region.
-        let regions = face.regions().iter();
-        let proposed = regions.clone().filter(|r| r.id == points::STILL_REGION).chain(regions.take(1));
-        view.frames.regions = proposed.map(|r| r.id.clone()).collect();
+        view.frames.regions = proposed_regions(&face);
         Self {
+            face_source: project.face.clone(),
+            faces: Vec::new(),
+            face_work: FaceWork::default(),
+            stamp: Stamp::default(),
             document: OpenDocument::new(project, path, false),
             face,
             outcome,
@@ -173,6 +181,11 @@ impl App {
     /// What is shown, and how, to be changed before the first frame.
     pub fn view_mut(&mut self) -> &mut ViewState {
         &mut self.view
+    }
+
+    /// The face that is being made.
+    pub fn face_work(&self) -> &FaceWork {
+        &self.face_work
     }
 
     /// Whether the project differs from its file.
@@ -235,8 +248,8 @@ impl App {
         let state = self.action_state(&ctx);
         let title = self.title();
         set_window_title(&ctx, &title);
-        let Self { document, outcome, face, view, pictures, jobs, commands, recent, .. } = self;
-        let scene = Scene { project: document.history.project(), outcome, face };
+        let Self { document, outcome, face, view, pictures, jobs, commands, recent, stamp, face_work, .. } = self;
+        let scene = Scene { project: document.history.project(), outcome, face, stamp: *stamp };
         egui::Panel::top("menu").show(ui, |ui| panels::menu::show(ui, view, &title, &state, recent, commands));
         egui::Panel::bottom("status").exact_size(26.0).show(ui, |ui| {
             panels::status::show(ui, scene, view, jobs, commands);
@@ -246,6 +259,7 @@ impl App {
                 let (history, frames, focus) = (&document.history, &mut view.frames, &mut view.focus);
                 panels::frames::show(ui, scene, pictures, history, &state, frames, focus, commands);
             }
+            Workspace::Face => panels::face::show(ui, face_work, &mut view.face, &state, commands),
             Workspace::Forces => panels::forces::show(ui, scene, &mut view.forces, &mut view.focus, commands),
         });
         if let Some(mut modal) = view.modal.take()
@@ -260,8 +274,47 @@ impl App {
         }
     }
 
+    /// What every panel may read.
+    pub(super) fn scene(&self) -> Scene<'_> {
+        Scene { project: self.project(), outcome: &self.outcome, face: &self.face, stamp: self.stamp }
+    }
+
+    /// Fits another face from now on.
+    pub(super) fn set_face(&mut self, source: &FaceSource, face: Arc<FaceModel>) {
+        self.remember_face(source, &face);
+        self.view.frames.regions = proposed_regions(&face);
+        (self.face, self.face_source) = (face, source.clone());
+        self.stamp.face += 1;
+        self.solve_anew();
+    }
+
+    pub(super) fn remember_face(&mut self, source: &FaceSource, face: &Arc<FaceModel>) {
+        if !self.faces.iter().any(|(known, _)| same_face(known, source)) {
+            self.faces.push((source.clone(), Arc::clone(face)));
+        }
+    }
+
+    /// Fits the face that the project names, when an edit or an undo has changed it.
+    fn follow_face(&mut self) {
+        let wanted = self.project().face.clone();
+        if same_face(&wanted, &self.face_source) {
+            return;
+        }
+        let known = self.faces.iter().find(|(source, _)| same_face(source, &wanted)).map(|(_, face)| Arc::clone(face));
+        let path = self.document.path.clone().unwrap_or_else(|| "unnamed".into());
+        match known.map_or_else(|| files::face_of(self.project(), &path), Ok) {
+            Ok(face) => self.set_face(&wanted, face),
+            Err(why) => {
+                // Said once; the face before stays until another is named.
+                self.face_source = wanted;
+                self.fail("The face of the project cannot be read", why);
+            }
+        }
+    }
+
     /// Runs the chain when the project has changed, and shows the result in this same frame.
     pub(super) fn resolve(&mut self, ctx: &egui::Context) {
+        self.follow_face();
         let history = &self.document.history;
         if self.solver.revision == history.revision() {
             return;
@@ -269,6 +322,7 @@ impl App {
         self.solver.revision = history.revision();
         let project = history.project();
         self.outcome = pipeline::solve(project, &self.face, image_size_px(project), &mut self.solver.workspace);
+        self.stamp.outcome += 1;
         ctx.request_discard("the project changed");
     }
 
@@ -278,9 +332,8 @@ impl App {
     }
 
     pub(super) fn action_state(&self, ctx: &egui::Context) -> ActionState {
-        let scene = Scene { project: self.project(), outcome: &self.outcome, face: &self.face };
         let dark = ctx.theme() == egui::Theme::Dark;
-        ActionState::new(scene, &self.document.history, &self.view, dark)
+        ActionState::new(self.scene(), &self.document.history, &self.face_work, &self.view, dark)
     }
 
     fn canvas_has_focus(&self, ctx: &egui::Context) -> bool {
@@ -297,6 +350,21 @@ impl App {
             (true, None) => "Untitled".to_owned(),
         };
         if self.unsaved() { format!("{name} •") } else { name }
+    }
+}
+
+/// Still points are few and needed first; of the others, the first region.
+fn proposed_regions(face: &FaceModel) -> std::collections::BTreeSet<String> {
+    let regions = face.regions().iter();
+    let proposed = regions.clone().filter(|r| r.id == points::STILL_REGION).chain(regions.take(1));
+    proposed.map(|r| r.id.clone()).collect()
+}
+
+/// Whether two sources name one face, wherever its file lies.
+fn same_face(a: &FaceSource, b: &FaceSource) -> bool {
+    match (a, b) {
+        (FaceSource::File { sha256: a, .. }, FaceSource::File { sha256: b, .. }) => a.eq_ignore_ascii_case(b),
+        _ => a == b,
     }
 }
 

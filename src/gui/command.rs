@@ -7,6 +7,7 @@ use super::dialogs::Purpose;
 use super::modal::Modal;
 use super::rescue::Rescue;
 use super::view_state::NoticeKind;
+use crate::face::draft::DraftEdit;
 use crate::project::{Edit, PointId, Which};
 
 /// A request of a panel to the application.
@@ -48,6 +49,12 @@ pub enum Command {
     SaveThen(After),
     /// Take the work that was found, or throw it away.
     Recover(bool),
+    /// Change the face that is being made.
+    EditFace(DraftEdit),
+    /// Save the face, then go on.
+    SaveFaceThen(After),
+    /// Give up the changes of the face, then go on.
+    DropFace(After),
     /// Open what lies beside a project that cannot be read.
     Rescue(PathBuf, Rescue),
     /// Open a project of the list of recent ones.
@@ -71,6 +78,14 @@ pub enum After {
     AskOpen,
     /// This project.
     Open(PathBuf),
+    /// A dialog that asks for a mesh.
+    AskMesh,
+    /// A dialog that asks for a face model.
+    AskFace,
+    /// This mesh or face model.
+    ReadFace(PathBuf),
+    /// The face given to the project.
+    UseFace,
     /// The end of the program.
     Quit,
 }

@@ -24,6 +24,17 @@ pub enum Purpose {
     FrameFolder,
     /// A folder for the results.
     ExportFolder,
+    /// A mesh of another program.
+    OpenMesh,
+    /// A face model.
+    OpenFace,
+    /// Where to save the face model, then what to do.
+    SaveFace {
+        /// File name to begin with.
+        suggested: String,
+        /// What waits for it.
+        then: Option<super::command::After>,
+    },
 }
 
 impl Purpose {
@@ -37,6 +48,9 @@ impl Purpose {
             Self::Frame(crate::project::Which::Last) => "Choose the last frame",
             Self::FrameFolder => "Choose a folder of numbered frames",
             Self::ExportFolder => "Choose a folder for the results",
+            Self::OpenMesh => "Open mesh",
+            Self::OpenFace => "Open face model",
+            Self::SaveFace { .. } => "Save face model",
         }
     }
 
@@ -48,6 +62,9 @@ impl Purpose {
             Self::Frames => "Type the paths of the two pictures, or drop them on the window.",
             Self::Frame(_) => "Type the path of the picture, or drop it on the window.",
             Self::FrameFolder => "Type the path of the folder, or drop it on the window.",
+            Self::OpenMesh => "Type the path of the mesh (OBJ, PLY or WFM), or drop it on the window.",
+            Self::OpenFace => "Type the path of the face model, or drop it on the window.",
+            Self::SaveFace { .. } => "Type the path of the file to save the face model to.",
             Self::ExportFolder => "Type the path of the folder that the results are to be written to.",
         }
     }
@@ -56,7 +73,9 @@ impl Purpose {
     pub fn paths(&self) -> &'static [&'static str] {
         match self {
             Self::OpenProject => &["Project"],
-            Self::SaveProject { .. } => &["File"],
+            Self::SaveProject { .. } | Self::SaveFace { .. } => &["File"],
+            Self::OpenMesh => &["Mesh"],
+            Self::OpenFace => &["Face model"],
             Self::Frames => &["First frame", "Last frame"],
             Self::Frame(crate::project::Which::First) => &["First frame"],
             Self::Frame(crate::project::Which::Last) => &["Last frame"],
@@ -92,6 +111,9 @@ pub struct NativeDialogs {
 
 /// A dialog that "was cancelled" faster than a person can was never shown: there is neither a portal nor zenity.
 const FASTER_THAN_A_PERSON: Duration = Duration::from_millis(300);
+
+/// Endings of the meshes that can be read.
+pub const MESHES: &[&str] = &["obj", "ply", "wfm"];
 
 /// Endings of the pictures that can be read.
 pub const PICTURES: &[&str] = &["png", "jpg", "jpeg", "bmp", "tif", "tiff", "webp"];
@@ -133,6 +155,11 @@ fn ask_and_send(purpose: &Purpose, sender: &Sender<Answer>, ctx: &egui::Context)
         }
         Purpose::Frames => dialog.add_filter("Pictures", PICTURES).pick_files(),
         Purpose::Frame(_) => dialog.add_filter("Pictures", PICTURES).pick_file().map(|f| vec![f]),
+        Purpose::OpenMesh => dialog.add_filter("Meshes", MESHES).pick_file().map(|f| vec![f]),
+        Purpose::OpenFace => dialog.add_filter("Face model", &["json"]).pick_file().map(|f| vec![f]),
+        Purpose::SaveFace { suggested, .. } => {
+            dialog.add_filter("Face model", &["json"]).set_file_name(suggested).save_file().map(|f| vec![f])
+        }
         Purpose::FrameFolder | Purpose::ExportFolder => dialog.pick_folder().map(|f| vec![f]),
     };
     let answer = match files {

@@ -34,11 +34,15 @@ impl App {
             After::Open(path) => self.open(&path),
             After::Sample => match sample::project() {
                 Ok(project) => {
-                    self.face = crate::face::generic();
                     self.open_document(project, None);
                 }
                 Err(e) => self.fail("The sample cannot be opened", e.to_string()),
             },
+            After::AskMesh => self.dialogs.ask(ctx, Purpose::OpenMesh),
+            After::AskFace => self.dialogs.ask(ctx, Purpose::OpenFace),
+            After::ReadFace(path) => self.read_face(path, ctx),
+            After::UseFace => self.use_face(ctx),
+            After::Quit if self.face_work.unsaved() => self.view.modal = Some(Modal::UnsavedFace(After::Quit)),
             After::Quit => {
                 self.remove_journal();
                 self.document.may_close = true;
@@ -66,7 +70,7 @@ impl App {
     pub(super) fn open(&mut self, path: &Path) {
         match read_project(path) {
             Ok((project, face)) => {
-                self.face = face;
+                self.set_face(&project.face, face);
                 self.open_document(project, Some(path.to_owned()));
                 self.recent.add(path);
             }
@@ -147,6 +151,8 @@ impl App {
                 self.load_pair(&mut files);
             }
             Purpose::Frame(which) => self.commands.push(Command::LoadFrame(*which, first)),
+            Purpose::OpenMesh | Purpose::OpenFace => self.read_face(first, ctx),
+            Purpose::SaveFace { then, .. } => self.save_face_to(first, then.clone(), ctx),
             Purpose::FrameFolder => self.open_folder(first, ctx),
             Purpose::ExportFolder => self.export(first, ctx),
         }
@@ -171,6 +177,10 @@ impl App {
         let is_picture = |p: &PathBuf| {
             p.extension().is_some_and(|e| dialogs::PICTURES.contains(&e.to_string_lossy().to_lowercase().as_str()))
         };
+        let is_face = |p: &PathBuf| {
+            let name = pictures::file_name(p).to_lowercase();
+            dialogs::MESHES.iter().any(|e| name.ends_with(&format!(".{e}"))) || name.ends_with(".face.json")
+        };
         if matches!(self.view.modal, Some(Modal::Path { .. })) {
             self.view.modal = None;
         }
@@ -180,11 +190,11 @@ impl App {
                 let free = if self.project().frames.first.is_none() { Which::First } else { Which::Last };
                 self.commands.push(Command::LoadFrame(over.unwrap_or(free), one.clone()));
             }
+            [one] if is_face(one) => self.unless_face_unsaved(After::ReadFace(one.clone()), ctx),
             [one] => self.unless_unsaved(After::Open(one.clone()), ctx),
             [_, _] if files.iter().all(is_picture) => self.load_pair(&mut files),
             _ => {
-                let text =
-                    "Drop one project, one picture, two pictures (first and last), or a folder of numbered pictures.";
+                let text = "Drop one project, one picture, two pictures (first and last), a folder of numbered pictures, or one mesh.";
                 self.fail("These files are not understood together", text.to_owned());
             }
         }

@@ -7,7 +7,9 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
+use super::face_work::FaceRead;
 use super::pictures::{Adjusted, Source};
+use crate::face::check::Report;
 use crate::frames::{Adjustment, Frame, FrameSequence};
 use crate::project::Which;
 
@@ -38,6 +40,17 @@ pub enum Finished {
     },
     /// A folder of frames was listed, or not.
     Folder(Result<FrameSequence, String>),
+    /// A mesh or a face model was read, or not: one line says why.
+    Face(Box<Result<FaceRead, String>>),
+    /// A face was checked.
+    FaceChecked {
+        /// Which face was open.
+        number: u64,
+        /// Which state of it.
+        revision: u64,
+        /// What was found.
+        report: Report,
+    },
     /// Results were written into this folder, or not.
     Exported(Result<PathBuf, String>),
     /// The work ended without an answer.

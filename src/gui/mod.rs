@@ -7,6 +7,8 @@ pub mod app;
 pub mod command;
 pub mod dialogs;
 pub mod export_results;
+pub mod face_drawing;
+pub mod face_work;
 pub mod files;
 pub mod height_map;
 pub mod jobs;
@@ -14,6 +16,7 @@ pub mod modal;
 pub mod orbit_view;
 pub mod panels;
 pub mod pictures;
+mod point_commands;
 pub mod rescue;
 mod run_command;
 pub mod texture;
@@ -42,6 +45,17 @@ pub struct Scene<'a> {
     pub outcome: &'a Outcome,
     /// The face that is fitted.
     pub face: &'a FaceModel,
+    /// Which face and which outcome these are.
+    pub stamp: Stamp,
+}
+
+/// Tells a face and an outcome from those of other frames, so that what was made of them need not be made again.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stamp {
+    /// Changes with the face.
+    pub face: u64,
+    /// Changes with the outcome.
+    pub outcome: u64,
 }
 
 /// Why there is no window.

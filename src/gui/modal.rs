@@ -19,6 +19,8 @@ pub enum Modal {
     },
     /// There are unsaved changes in the way.
     Unsaved(After),
+    /// The face that is being made has unsaved changes, which are in the way.
+    UnsavedFace(After),
     /// The system has no file dialog: type the path.
     Path {
         /// What the files are for.

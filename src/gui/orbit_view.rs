@@ -6,6 +6,8 @@
 use egui::{Pos2, Rect, Vec2};
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 
+use super::wheel;
+
 /// Where the eye stands and how large it sees. `None` in the two last fields means "so that everything fits".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrbitView {
@@ -154,6 +156,43 @@ impl OrbitView {
         self.points_per_mm = Some(after);
         self.target = self.target.map(|t| t + projection.view_from_face.transpose() * shift);
     }
+
+    /// Turns, shifts and zooms the view under the hand; a double click goes `home`.
+    pub fn steer(&mut self, ui: &egui::Ui, response: &egui::Response, home: Self, fit: &dyn Fn(&Self) -> Projection) {
+        let (pan_key, delta, pointer) = ui.input(|i| {
+            let pan_key = i.modifiers.shift || i.key_down(egui::Key::Space);
+            (pan_key, i.pointer.delta(), i.pointer.hover_pos())
+        });
+        // The last motion and the release can come in one frame.
+        let drag = if response.drag_delta() == Vec2::ZERO { delta } else { response.drag_delta() };
+        if (response.dragged() || response.drag_stopped()) && drag != Vec2::ZERO {
+            let by = |button| response.dragged_by(button) || response.drag_stopped_by(button);
+            if by(egui::PointerButton::Middle) || pan_key {
+                self.pan(&fit(self), drag);
+            } else {
+                self.orbit(&fit(self), drag);
+            }
+        }
+        if response.double_clicked() {
+            *self = home;
+        }
+        if let Some(at) = pointer.filter(|_| response.container_contains_pointer()) {
+            let factor = wheel::zoom_factor(ui);
+            if (factor - 1.0).abs() > 1e-6 {
+                self.zoom(&fit(self), factor, at);
+            }
+        }
+    }
+}
+
+/// Gives the canvas the keyboard when it is clicked or dragged, and keeps the arrows from carrying it away; whether it has it.
+pub fn keep_focus(ui: &egui::Ui, response: &egui::Response) -> bool {
+    if response.clicked() || response.dragged() {
+        response.request_focus();
+    }
+    let arrows = egui::EventFilter { horizontal_arrows: true, vertical_arrows: true, ..egui::EventFilter::default() };
+    ui.memory_mut(|m| m.set_focus_lock_filter(response.id, arrows));
+    response.has_focus()
 }
 
 fn wrap(angle: f64) -> f64 {

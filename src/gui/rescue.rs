@@ -77,7 +77,7 @@ impl App {
         };
         match face_of(&project, path) {
             Ok(face) => {
-                self.face = face;
+                self.set_face(&project.face, face);
                 self.open_document(project, Some(free_name_beside(path)));
                 self.document.saved = Project::default();
             }

@@ -1,19 +1,19 @@
 //! The one place that acts: runs what the panels have asked for.
 
-use super::action::{Action, Direction, Step};
+use super::action::Action;
 use super::app::App;
 use super::command::After;
 use super::dialogs::{Answer, Purpose};
 use super::jobs::{About, Finished};
 use super::modal::Modal;
-use super::panels::frames::{SideTab, Tool, guide, points, toolbar};
+use super::panels::frames::{SideTab, Tool, toolbar};
 use super::panels::palette::PaletteView;
 use super::panels::sequence::SequenceView;
 use super::pictures::Source;
 use super::view_state::{Notice, NoticeKind, Workspace};
-use super::{Command, Scene, pictures};
+use super::{Command, pictures};
 use crate::frames::Adjustment;
-use crate::project::{Edit, FrameRef, MarkState, PointId, Role, Which, edit, paths};
+use crate::project::{Edit, FrameRef, MarkState, Role, paths};
 
 /// How long a notice stays in the status bar, s.
 const NOTICE_S: f64 = 6.0;
@@ -68,6 +68,12 @@ impl App {
             Command::Proceed(after) => self.proceed(after, ctx),
             Command::SaveThen(after) => self.save(Some(after), ctx),
             Command::Recover(take) => self.recover(take),
+            Command::EditFace(edit) => self.edit_face(&edit, ctx),
+            Command::SaveFaceThen(after) => self.save_face(Some(after), ctx),
+            Command::DropFace(after) => {
+                self.drop_face();
+                self.proceed(after, ctx);
+            }
             Command::Rescue(path, which) => self.rescue(&path, which),
             Command::OpenRecent(path) => self.unless_unsaved(After::Open(path), ctx),
             Command::ForgetRecent => self.recent.clear(),
@@ -80,7 +86,7 @@ impl App {
         }
     }
 
-    fn edit(&mut self, edit: &Edit, ctx: &egui::Context) {
+    pub(super) fn edit(&mut self, edit: &Edit, ctx: &egui::Context) {
         if let Err(e) = self.document.history.apply(edit) {
             self.tell(NoticeKind::Refused, capital(&e.to_string()), ctx);
         }
@@ -102,8 +108,18 @@ impl App {
         if self.view.workspace == Workspace::Forces && self.view.forces.act(action) {
             return;
         }
+        if self.view.workspace == Workspace::Face && self.act_on_face(action, ctx) {
+            return;
+        }
         let frames = &mut self.view.frames;
         match action {
+            Action::OpenMesh
+            | Action::OpenFace
+            | Action::SaveFace
+            | Action::SaveFaceAs
+            | Action::UseFace
+            | Action::UseGeneric => self.act_in_face_menu(action, ctx),
+            Action::WorkspaceFace => self.view.workspace = Workspace::Face,
             Action::New => self.unless_unsaved(After::New, ctx),
             Action::Open => self.unless_unsaved(After::AskOpen, ctx),
             Action::OpenSample => self.unless_unsaved(After::Sample, ctx),
@@ -178,166 +194,13 @@ impl App {
         }
     }
 
-    fn scene(&self) -> Scene<'_> {
-        Scene { project: self.document.history.project(), outcome: &self.outcome, face: &self.face }
-    }
-
-    fn select(&mut self, point: Option<PointId>) {
-        if let Some(id) = &point {
-            self.view.frames.active = if matches!(id, PointId::FeatureLast(_)) { Which::Last } else { Which::First };
-        }
-        self.view.focus.selected = point;
-    }
-
-    fn jump_to(&mut self, id: PointId) {
-        let scene = self.scene();
-        let (place, known) = (points::place(scene, &id), points::of(scene, &id));
-        if let (Some((which, vertex)), Some((_, at))) = (place, known) {
-            let first = points::predicted(scene, Which::First, vertex);
-            self.view.frames.bring_to_view(which, at);
-            if which == Which::Last && !self.view.frames.linked {
-                self.view.frames.bring_to_view(Which::First, first);
-            }
-            self.view.workspace = Workspace::Frames;
-        }
-        self.select(Some(id));
-    }
-
-    fn start_tool(&mut self, tool: Tool) {
-        self.view.frames.tool = tool;
-        self.view.workspace = Workspace::Frames;
-        self.view.frames.side = SideTab::Guide;
-        let scene = self.scene();
-        let chosen = points::chosen_vertices(scene, &self.view.frames.regions);
-        let next = match tool {
-            Tool::Landmarks => guide::next_unmarked_landmark(scene, None).map(PointId::Landmark),
-            Tool::Features => guide::next_to_mark(scene, &chosen, None).map(PointId::FeatureLast),
-            _ => None,
-        };
-        self.select(next);
-    }
-
-    /// The points that the tool places, in the order of the guide, and whether each has its mark.
-    fn guided(&self) -> Vec<(PointId, bool)> {
-        let scene = self.scene();
-        let list: Vec<PointId> = match self.view.frames.tool {
-            Tool::Landmarks => scene.face.landmarks().iter().map(|l| PointId::Landmark(l.id.clone())).collect(),
-            Tool::Features => {
-                let chosen = points::chosen_vertices(scene, &self.view.frames.regions);
-                chosen.into_iter().map(PointId::FeatureLast).collect()
-            }
-            _ => Vec::new(),
-        };
-        let marked = |id: &PointId| edit::mark(scene.project, id).is_some();
-        list.into_iter()
-            .map(|id| {
-                let has = marked(&id);
-                (id, has)
-            })
-            .collect()
-    }
-
-    /// Does what may take marks away or bring them back, and lets the guide follow: it asks for the first point that
-    /// lost its mark, or for the next after those that got one.
-    fn in_step_with_guide(&mut self, act: impl FnOnce(&mut Self)) {
-        let before = self.guided();
-        act(self);
-        let after = self.guided();
-        let was_marked = |id: &PointId| before.iter().any(|(b, marked)| *marked && b == id);
-        let is_marked = |id: &PointId| after.iter().any(|(a, marked)| *marked && a == id);
-        if let Some((lost, _)) = before.iter().find(|(id, marked)| *marked && !is_marked(id)) {
-            self.select(Some(lost.clone()));
-        } else if let Some(got) = after.iter().rposition(|(id, marked)| *marked && !was_marked(id)) {
-            let next = after[got + 1..].iter().chain(&after[..got]).find(|(_, marked)| !marked);
-            let next = next.map(|(id, _)| id.clone());
-            self.select(next);
-        }
-    }
-
-    /// Goes to the next point, or the one before, in the list that the selected one belongs to.
-    fn step_point(&mut self, forward: bool) {
-        let scene = self.scene();
-        let landmarks: Vec<PointId> = scene.face.landmarks().iter().map(|l| PointId::Landmark(l.id.clone())).collect();
-        let chosen = points::chosen_vertices(scene, &self.view.frames.regions);
-        let list: Vec<PointId> = match (&self.view.focus.selected, self.view.frames.tool) {
-            (Some(PointId::FeatureFirst(_)), _) => chosen.iter().map(|v| PointId::FeatureFirst(*v)).collect(),
-            (Some(PointId::FeatureLast(_)), _) | (None, Tool::Features) => {
-                chosen.iter().map(|v| PointId::FeatureLast(*v)).collect()
-            }
-            _ => landmarks,
-        };
-        let at = self.view.focus.selected.as_ref().and_then(|id| list.iter().position(|p| p == id));
-        let count = list.len().max(1);
-        let next = match (at, forward) {
-            (Some(i), true) => (i + 1) % count,
-            (Some(i), false) => (i + count - 1) % count,
-            (None, true) => 0,
-            (None, false) => count - 1,
-        };
-        if let Some(id) = list.into_iter().nth(next) {
-            self.jump_to(id);
-        }
-    }
-
-    /// Takes the predicted place of the selected point for its mark, and goes on to the next.
-    fn accept(&mut self, ctx: &egui::Context) {
-        let scene = self.scene();
-        let Some(id) = self.view.focus.selected.clone() else { return };
-        let Some((look, at)) = points::of(scene, &id) else { return };
-        if look != points::Look::Predicted {
-            return;
-        }
-        let still = match &id {
-            PointId::FeatureFirst(v) | PointId::FeatureLast(v) => {
-                let untouched = !scene.project.features.contains_key(v);
-                (untouched && points::kind_of(scene, *v) == points::Kind::Still).then_some(*v)
-            }
-            PointId::Landmark(_) => None,
-        };
-        self.document.history.begin_gesture();
-        if let Some(v) = still {
-            self.edit(&Edit::SetRole(v, Role::Still), ctx);
-        }
-        self.edit(&Edit::Put(id, at), ctx);
-        self.document.history.commit_gesture();
-        self.step_point(true);
-    }
-
-    fn on_selected(&mut self, ctx: &egui::Context, make: impl FnOnce(PointId, Option<MarkState>) -> Edit) {
-        if let Some(id) = self.view.focus.selected.clone() {
-            let state = edit::mark(self.project(), &id).map(|m| m.state);
-            self.edit(&make(id, state), ctx);
-        }
-    }
-
-    fn toggle_state(&mut self, state: MarkState, ctx: &egui::Context) {
-        self.on_selected(ctx, |id, now| Edit::SetState(id, if now == Some(state) { MarkState::Marked } else { state }));
-    }
-
-    fn set_role(&mut self, role: Role, ctx: &egui::Context) {
-        if let Some(v) = self.view.focus.selected_vertex() {
-            self.edit(&Edit::SetRole(v, role), ctx);
-        }
-    }
-
-    fn nudge(&mut self, direction: Direction, step: Step, ctx: &egui::Context) {
-        let Some(id) = self.view.focus.selected.clone() else { return };
-        let Some((_, at)) = points::of(self.scene(), &id) else { return };
-        if !self.document.nudging {
-            self.document.history.begin_gesture();
-            self.document.nudging = true;
-        }
-        let [dx, dy] = direction.unit();
-        self.edit(&Edit::Put(id, [at[0] + dx * step.px(), at[1] + dy * step.px()]), ctx);
-    }
-
     fn answer(&mut self, purpose: Purpose, answer: Answer) {
         match answer {
             Answer::Files(files) => self.commands.push(Command::FilesChosen(purpose, files)),
             Answer::Cancelled => {}
             Answer::Unavailable => {
                 let typed = match &purpose {
-                    Purpose::SaveProject { suggested, .. } => {
+                    Purpose::SaveProject { suggested, .. } | Purpose::SaveFace { suggested, .. } => {
                         let beside = self.document.path.as_deref().and_then(std::path::Path::parent);
                         let folder = beside.map(std::path::Path::to_owned).filter(|f| f.is_absolute());
                         let folder = folder.or_else(|| std::env::current_dir().ok()).unwrap_or_default();
@@ -360,6 +223,10 @@ impl App {
         let resolve = |frame: &FrameRef| paths::resolve(&path, frame);
         let wanted = [0, 1].map(|i| self.view.frames.panes[i].adjustment);
         self.pictures.follow(project, &resolve, wanted, ctx, &mut self.jobs);
+        if self.view.workspace == Workspace::Face {
+            self.enter_face();
+            self.check_face(ctx);
+        }
         self.resolve(ctx);
     }
 
@@ -393,6 +260,8 @@ impl App {
             Finished::Adjusted { which, sha256, adjustment, result } => {
                 self.pictures.adjusted(which, &sha256, adjustment, result);
             }
+            Finished::Face(read) => self.face_read(*read, ctx),
+            Finished::FaceChecked { number, revision, report } => self.face_checked(number, revision, report),
             Finished::Folder(Ok(sequence)) => self.view.modal = Some(Modal::Sequence(SequenceView::new(&sequence))),
             Finished::Folder(Err(why)) => self.fail("The folder cannot be used", why),
             Finished::Exported(Ok(folder)) => {
@@ -404,7 +273,8 @@ impl App {
     }
 }
 
-fn capital(text: &str) -> String {
+/// The text with a capital letter.
+pub(super) fn capital(text: &str) -> String {
     let mut chars = text.chars();
     chars.next().map(|c| c.to_uppercase().chain(chars).collect()).unwrap_or_default()
 }

@@ -15,6 +15,8 @@ pub struct ViewState {
     pub frames: panels::frames::FramesView,
     /// The workspace of the forces.
     pub forces: panels::forces::ForcesView,
+    /// The workspace of the face.
+    pub face: panels::face::FaceView,
     /// The dialog that is open.
     pub modal: Option<Modal>,
     /// The palette, while it is open.
@@ -31,6 +33,8 @@ pub enum Workspace {
     Frames,
     /// The height map of the forces.
     Forces,
+    /// The face model.
+    Face,
 }
 
 /// What is hovered and selected. A panel tells what lies under its pointer; every panel lights it up in the next pass.

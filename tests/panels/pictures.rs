@@ -62,6 +62,25 @@ const VIEWS: &[View] = &[
         w.hover_at(at + egui::vec2(5.0, 3.0));
         w.step();
     }),
+    ("face", [1280.0, 800.0], true, |w| {
+        let view = w.state_mut().view_mut();
+        view.workspace = frontalis::gui::Workspace::Face;
+        view.face.selected = Some(frontalis::face::draft::Slot::Insertion(2));
+        view.face.tab = frontalis::gui::panels::face::Tab::Muscles;
+    }),
+    ("face_large", [2560.0, 1440.0], true, |w| {
+        let view = w.state_mut().view_mut();
+        view.workspace = frontalis::gui::Workspace::Face;
+        view.face.names = true;
+        view.face.muscles = false;
+        view.face.selected = Some(frontalis::face::draft::Slot::Landmark(5));
+    }),
+    ("face_check", [1000.0, 640.0], true, |w| {
+        let view = w.state_mut().view_mut();
+        view.workspace = frontalis::gui::Workspace::Face;
+        view.face.tab = frontalis::gui::panels::face::Tab::Check;
+        view.face.surface = false;
+    }),
     ("results", [760.0, 620.0], true, |w| w.state_mut().view_mut().frames.side = SideTab::Results),
     ("settings", [760.0, 900.0], true, |w| w.state_mut().view_mut().frames.side = SideTab::Settings),
     ("history", [760.0, 480.0], true, |w| {
@@ -105,7 +124,13 @@ fn docs_images() {
     assert!(can_draw(), "the pictures of the documents need a graphics driver");
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
     std::fs::create_dir_all(&folder).unwrap();
-    let scenes: [Scene; 4] = [
+    let scenes: [Scene; 5] = [
+        ("face-dark", true, |w| {
+            let view = w.state_mut().view_mut();
+            view.workspace = frontalis::gui::Workspace::Face;
+            view.face.selected = Some(frontalis::face::draft::Slot::Insertion(2));
+            view.face.tab = frontalis::gui::panels::face::Tab::Muscles;
+        }),
         ("frames-dark", true, |_| {}),
         ("forces-light", false, |w| w.state_mut().view_mut().workspace = frontalis::gui::Workspace::Forces),
         ("guide-light", false, |w| {

@@ -105,12 +105,29 @@ impl Inks {
 pub struct Ink {
     mesh: Mesh,
     feather: f32,
+    /// Texture coordinate at which the texture is white.
+    white: Pos2,
 }
 
 impl Ink {
     /// An empty mesh over the palette's texture; edges are softened over one pixel.
     pub fn new(texture: TextureId, pixels_per_point: f32) -> Self {
-        Self { mesh: Mesh::with_texture(texture), feather: 1.0 / pixels_per_point.max(0.1) }
+        Self { mesh: Mesh::with_texture(texture), feather: 1.0 / pixels_per_point.max(0.1), white: PLAIN }
+    }
+
+    /// An empty mesh of plain colours alone.
+    pub fn plain(pixels_per_point: f32) -> Self {
+        Self { white: egui::epaint::WHITE_UV, ..Self::new(TextureId::default(), pixels_per_point) }
+    }
+
+    /// A vertex for [`Ink::shared_triangle`]; they are numbered in the order in which they come, before anything else is drawn.
+    pub fn shared_vertex(&mut self, at: Pos2, colour: Color32) {
+        self.vertex(at, colour);
+    }
+
+    /// A triangle between shared vertices.
+    pub fn shared_triangle(&mut self, corners: [u32; 3]) {
+        self.mesh.indices.extend_from_slice(&corners);
     }
 
     /// The mesh drawn.
@@ -146,7 +163,7 @@ impl Ink {
     }
 
     fn vertex(&mut self, pos: Pos2, color: Color32) {
-        self.mesh.vertices.push(Vertex { pos, uv: PLAIN, color });
+        self.mesh.vertices.push(Vertex { pos, uv: self.white, color });
     }
 
     /// A straight line with soft edges; thinner than a pixel it becomes fainter instead.

@@ -50,11 +50,14 @@ pub fn hidden(v: usize, mesh: &Mesh, surface: &Surface, projected: &Projected, v
         } else {
             (t.map(|v| projected.base[v]), t.map(|v| projected.base_depth[v]))
         };
-        barycentric(pixels, at).is_some_and(|weights| {
-            let here: f64 = weights.iter().zip(depths).map(|(w, d)| f64::from(*w) * d).sum();
-            here > depth + CLEARANCE_MM
-        })
+        depth_at(pixels, depths, at).is_some_and(|here| here > depth + CLEARANCE_MM)
     })
+}
+
+/// Depth of a triangle where the pointer is, if the pointer is on it.
+pub fn depth_at(pixels: [Pos2; 3], depths: [f64; 3], at: Pos2) -> Option<f64> {
+    let weights = barycentric(pixels, at)?;
+    Some(weights.iter().zip(depths).map(|(w, d)| f64::from(*w) * d).sum())
 }
 
 /// Weights of the corners at a point, if it lies in the triangle.

@@ -36,9 +36,11 @@ pub fn show(
             });
         }
         ui.add_space(16.0);
-        for (workspace, action) in
-            [(Workspace::Frames, Action::WorkspaceFrames), (Workspace::Forces, Action::WorkspaceForces)]
-        {
+        for (workspace, action) in [
+            (Workspace::Frames, Action::WorkspaceFrames),
+            (Workspace::Forces, Action::WorkspaceForces),
+            (Workspace::Face, Action::WorkspaceFace),
+        ] {
             tab(ui, view.workspace == workspace, action, commands);
         }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {

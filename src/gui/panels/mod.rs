@@ -1,5 +1,6 @@
 //! The panels. Each reads the scene and its own view, and pushes commands.
 
+pub mod face;
 pub mod forces;
 pub mod frames;
 pub mod history;

@@ -24,21 +24,12 @@ pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>)
                 ui.button("Close").clicked()
             }
             Modal::Unsaved(after) => {
-                ui.label("The project has changes that are not saved.");
-                ui.add_space(8.0);
-                let mut chosen = false;
-                ui.horizontal(|ui| {
-                    if primary(ui, "Save").clicked() {
-                        commands.push(Command::SaveThen(after.clone()));
-                        chosen = true;
-                    }
-                    if ui.button("Discard").clicked() {
-                        commands.push(Command::Proceed(after.clone()));
-                        chosen = true;
-                    }
-                    chosen |= ui.button("Cancel").clicked();
-                });
-                chosen
+                let choices = [Command::SaveThen(after.clone()), Command::Proceed(after.clone())];
+                unsaved(ui, "The project has changes that are not saved.", choices, commands)
+            }
+            Modal::UnsavedFace(after) => {
+                let choices = [Command::SaveFaceThen(after.clone()), Command::DropFace(after.clone())];
+                unsaved(ui, "The face model has changes that are not saved.", choices, commands)
             }
             Modal::Recover { when, .. } => {
                 ui.label(format!("Work that was not saved was found{when}. It is newer than the project's file."));
@@ -90,7 +81,7 @@ pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>)
 fn title(modal: &Modal) -> &str {
     match modal {
         Modal::Error { title, .. } => title,
-        Modal::Unsaved(_) => "Save changes?",
+        Modal::Unsaved(_) | Modal::UnsavedFace(_) => "Save changes?",
         Modal::Recover { .. } => "Recover unsaved work?",
         Modal::Spoilt { .. } => "The project cannot be read",
         Modal::Path { purpose, .. } => purpose.title(),
@@ -98,6 +89,25 @@ fn title(modal: &Modal) -> &str {
         Modal::Keys => "Keys",
         Modal::About => "Frontalis",
     }
+}
+
+/// Save, discard or cancel; true when one was chosen.
+fn unsaved(ui: &mut egui::Ui, text: &str, [save, discard]: [Command; 2], commands: &mut Vec<Command>) -> bool {
+    ui.label(text);
+    ui.add_space(8.0);
+    let mut chosen = false;
+    ui.horizontal(|ui| {
+        if primary(ui, "Save").clicked() {
+            commands.push(save);
+            chosen = true;
+        }
+        if ui.button("Discard").clicked() {
+            commands.push(discard);
+            chosen = true;
+        }
+        chosen |= ui.button("Cancel").clicked();
+    });
+    chosen
 }
 
 fn primary(ui: &mut egui::Ui, label: &str) -> egui::Response {
@@ -146,7 +156,7 @@ fn path(
         field.request_focus();
     }
     let mut close = false;
-    let word = if matches!(purpose, Purpose::SaveProject { .. }) { "Save" } else { "Go on" };
+    let word = if matches!(purpose, Purpose::SaveProject { .. } | Purpose::SaveFace { .. }) { "Save" } else { "Go on" };
     ui.horizontal(|ui| {
         let go_on = ui.add_enabled(complete, egui::Button::new(word)).clicked();
         if (go_on || enter) && complete {
@@ -177,10 +187,11 @@ fn keys(ui: &mut egui::Ui) -> bool {
                     ui.add(egui::Label::new(what).wrap());
                 });
             };
-            for (i, menu) in
-                [Menu::File, Menu::Edit, Menu::View, Menu::Help, Menu::Point, Menu::Nudge].into_iter().enumerate()
+            for (i, menu) in [Menu::File, Menu::Edit, Menu::View, Menu::Face, Menu::Help, Menu::Point, Menu::Nudge]
+                .into_iter()
+                .enumerate()
             {
-                let ui = &mut columns[usize::from(i > 3)];
+                let ui = &mut columns[usize::from(i > 4)];
                 ui.label(RichText::new(menu.title()).strong());
                 for spec in TABLE.iter().filter(|s| s.menu == menu && !s.keys.is_empty()) {
                     let keys: Vec<String> = spec.keys.iter().take(2).map(|k| k.text()).collect();

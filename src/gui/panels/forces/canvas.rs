@@ -13,8 +13,8 @@ use crate::gui::height_map::profile::Line;
 use crate::gui::height_map::range::{range_of, round_down};
 use crate::gui::height_map::scene::{Projected, Scene as MapScene};
 use crate::gui::height_map::{Layer, MapOptions, Relief, Surface};
-use crate::gui::orbit_view::{OrbitView, Projection};
-use crate::gui::{Command, Focus, Scene, wheel};
+use crate::gui::orbit_view::{self, OrbitView};
+use crate::gui::{Command, Focus, Scene};
 
 /// Room round the map for numbers and titles: left, top, right (the colour bar), bottom.
 const MARGINS: [f32; 4] = [58.0, 72.0, 128.0, 72.0];
@@ -74,12 +74,12 @@ pub(super) fn show(
         let corners = corners.iter().copied().filter(|_| options.axes);
         orbit.project_into(room, surface.extent(shown.iter().copied(), most_mm).chain(corners))
     };
-    steer(ui, &response, &mut view.orbit, &fit);
+    view.orbit.steer(ui, &response, OrbitView::default(), &fit);
     let projection = fit(&view.orbit);
     let projected = Projected::new(&surface, &projection);
     let pick_at = |at: Pos2| pick(at, mesh, &surface, &projected, &layer.values);
     let pointed = point(ui, &response, &pick_at, focus, commands);
-    view.canvas_focused = keep_focus(ui, &response);
+    view.canvas_focused = orbit_view::keep_focus(ui, &response);
 
     let range = range_of(options.range, layer, &|v| canvas.contains(projected.base[v]));
     view.shown = Some(super::Shown { projection, range });
@@ -167,33 +167,6 @@ fn arrow_scale(scene: Scene<'_>) -> f64 {
     round_down(LONGEST_ARROW_MM / largest.max(1e-12))
 }
 
-/// Turns, shifts and zooms the view under the hand.
-fn steer(ui: &egui::Ui, response: &egui::Response, orbit: &mut OrbitView, fit: &dyn Fn(&OrbitView) -> Projection) {
-    let (pan_key, delta, pointer) = ui.input(|i| {
-        let pan_key = i.modifiers.shift || i.key_down(egui::Key::Space);
-        (pan_key, i.pointer.delta(), i.pointer.hover_pos())
-    });
-    // The last motion and the release can come in one frame.
-    let drag = if response.drag_delta() == Vec2::ZERO { delta } else { response.drag_delta() };
-    if (response.dragged() || response.drag_stopped()) && drag != Vec2::ZERO {
-        let by = |button| response.dragged_by(button) || response.drag_stopped_by(button);
-        if by(egui::PointerButton::Middle) || pan_key {
-            orbit.pan(&fit(orbit), drag);
-        } else {
-            orbit.orbit(&fit(orbit), drag);
-        }
-    }
-    if response.double_clicked() {
-        *orbit = OrbitView::default();
-    }
-    if let Some(at) = pointer.filter(|_| response.container_contains_pointer()) {
-        let factor = wheel::zoom_factor(ui);
-        if (factor - 1.0).abs() > 1e-6 {
-            orbit.zoom(&fit(orbit), factor, at);
-        }
-    }
-}
-
 /// Tells every panel what the pointer means, and selects on a click; gives the vertex under the pointer.
 fn point(
     ui: &egui::Ui,
@@ -215,16 +188,6 @@ fn point(
         focus.hover(v as u32);
     }
     pointed
-}
-
-/// Gives the canvas the keyboard when it is clicked or dragged, and keeps the arrows from carrying it away; whether it has it.
-fn keep_focus(ui: &egui::Ui, response: &egui::Response) -> bool {
-    if response.clicked() || response.dragged() {
-        response.request_focus();
-    }
-    let arrows = egui::EventFilter { horizontal_arrows: true, vertical_arrows: true, ..egui::EventFilter::default() };
-    ui.memory_mut(|m| m.set_focus_lock_filter(response.id, arrows));
-    response.has_focus()
 }
 
 /// The chosen muscle's fibre, from its attachment (a square on the bone) to its insertion (a dot in the skin).
