@@ -234,6 +234,11 @@ fn face_lists_shows_exports_checks_and_generates() {
     let json = dir.path().join("face.json");
     done(&["face", "generate", "--out", text(&json)]);
     done(&["face", "check", text(&json)]);
+    let picture = dir.path().join("face.png");
+    done(&["face", "picture", "--style", "muscles", "--preset", "waters", "--height", "200", "--out", text(&picture)]);
+    assert_eq!(image::open(&picture).unwrap().height(), 200);
+    let none = refused(&["face", "picture", "--preset", "none", "--out", text(&picture)]);
+    assert!(none.contains("no preset of muscles named `none`"), "{none}");
     // Another nose: only its length changes, to 0.1 mm in print.
     let long = dir.path().join("long.json");
     done(&["face", "generate", "--set", "nose_length=55", "--set", "jaw_width=120", "--out", text(&long)]);

@@ -4,6 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 use crate::draw::height_map::HeightMapError;
+use crate::draw::svg::SvgError;
 use crate::export::NoFrame;
 use crate::face::file::FaceFileError;
 use crate::face::generic::proportions::ProportionError;
@@ -67,6 +68,12 @@ pub enum CliError {
     /// The generator failed.
     #[error("the generic face could not be generated: {0}")]
     Generator(#[from] crate::face::FaceError),
+    /// A face has no such preset of muscles.
+    #[error("the face has no preset of muscles named `{0}`; `frontalis face show` lists them")]
+    NoPreset(String),
+    /// A drawing could not be painted.
+    #[error("the face could not be drawn: {0}")]
+    Drawing(#[from] SvgError),
     /// A format needs a frame.
     #[error(transparent)]
     NoFrame(#[from] NoFrame),

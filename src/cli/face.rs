@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 
 use super::error::CliError;
+use super::output;
 use super::scene::face_at;
+use crate::export::face_plate::{self, PlateOptions, Style, View};
 use crate::face::generic::proportions;
 use crate::face::{self, FaceModel, check, import as mesh_import};
 use crate::project::whole_file::{self, Durability};
@@ -45,6 +47,27 @@ enum Action {
     },
     /// Makes a face model file of a mesh (OBJ, PLY, CANDIDE .wfm), and says what was repaired and guessed.
     Import(import::Arguments),
+    /// Draws a face: shaded, as wireframe, or with its muscles as in an anatomy plate.
+    Picture {
+        /// A face model file or a mesh; without it, the generic face.
+        #[arg(long, value_name = "FILE")]
+        face: Option<PathBuf>,
+        /// The PNG file to write.
+        #[arg(long, value_name = "FILE")]
+        out: PathBuf,
+        /// From where it is seen; may be given several times.
+        #[arg(long, value_enum, default_values_t = [ViewArgument::Front])]
+        view: Vec<ViewArgument>,
+        /// How it is drawn.
+        #[arg(long, value_enum, default_value_t = StyleArgument::Shaded)]
+        style: StyleArgument,
+        /// A preset of muscles in place of the face's own, such as `waters`.
+        #[arg(long, value_name = "NAME")]
+        preset: Option<String>,
+        /// Height of the picture, px.
+        #[arg(long, value_name = "PX", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(64..=8192))]
+        height: u32,
+    },
     /// Generates the generic face anew, or one of other proportions, and writes its file.
     Generate {
         /// A proportion in place of its mean, mm: `nose_length=55`. May be given several times; `face show` lists them.
@@ -54,6 +77,26 @@ enum Action {
         #[arg(long, value_name = "FILE")]
         out: PathBuf,
     },
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum ViewArgument {
+    /// Straight on.
+    Front,
+    /// Turned by 40 degrees.
+    ThreeQuarter,
+    /// From the person's left.
+    Side,
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum StyleArgument {
+    /// Light and shadow.
+    Shaded,
+    /// Edges.
+    Wireframe,
+    /// The muscles over the skin, with their names.
+    Muscles,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
@@ -68,7 +111,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         }
         Action::Export { face, out } => {
             let face = face_at(face.as_ref())?;
-            write(out, &mesh_import::write_obj(face.mesh(), face.mesh().positions()))
+            write(out, mesh_import::write_obj(face.mesh(), face.mesh().positions()))
         }
         Action::Check { file } => {
             let face = face_at(file.as_ref())?;
@@ -80,9 +123,35 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
             if report.ok() { Ok(()) } else { Err(CliError::FaceFailed(face.name().to_owned())) }
         }
         Action::Import(arguments) => import::run(arguments),
+        Action::Picture { face, out, view, style, preset, height } => {
+            let face = face_at(face.as_ref())?;
+            let chosen = match preset {
+                None => None,
+                Some(id) => Some(face.with_preset(id).ok_or_else(|| CliError::NoPreset(id.clone()))?),
+            };
+            let options = PlateOptions {
+                views: view
+                    .iter()
+                    .map(|v| match v {
+                        ViewArgument::Front => View::Front,
+                        ViewArgument::ThreeQuarter => View::ThreeQuarter,
+                        ViewArgument::Side => View::Side,
+                    })
+                    .collect(),
+                style: match style {
+                    StyleArgument::Shaded => Style::Shaded,
+                    StyleArgument::Wireframe => Style::Wireframe,
+                    StyleArgument::Muscles => Style::Muscles,
+                },
+                height_px: *height,
+            };
+            let picture = face_plate::render(chosen.as_ref().unwrap_or(&face), &options)?;
+            let bytes = output::png(&picture).map_err(|source| CliError::Encode { name: "picture", source })?;
+            write(out, &bytes)
+        }
         Action::Generate { set, out } => {
             let wanted: Vec<(&str, f64)> = set.iter().map(|(id, mm)| (id.as_str(), *mm)).collect();
-            write(out, &face::file::to_json(&proportions::generate_with(&wanted)?))
+            write(out, face::file::to_json(&proportions::generate_with(&wanted)?))
         }
     }
 }
@@ -94,9 +163,9 @@ fn proportion(text: &str) -> Result<(String, f64), String> {
     Ok((id.to_owned(), mm))
 }
 
-fn write(out: &Path, text: &str) -> Result<(), CliError> {
+fn write(out: &Path, contents: impl AsRef<[u8]>) -> Result<(), CliError> {
     let failed = |source| CliError::Write { path: out.to_owned(), source };
-    whole_file::write(out, text.as_bytes(), Durability::Process).map_err(failed)?;
+    whole_file::write(out, contents.as_ref(), Durability::Process).map_err(failed)?;
     println!("written to {}", out.display());
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 pub mod coco;
 pub mod csv;
+pub mod face_plate;
 pub mod homologous;
 pub mod obj;
 pub mod report;

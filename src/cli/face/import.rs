@@ -92,5 +92,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let face = imported.into_face(name).map_err(|e| refused(e.into()))?;
     println!("{}", counts(&face));
     print!("{}", check::check_against(&face, &Expectations::imported()));
-    write(&arguments.out, &face::file::to_json(&face))
+    write(&arguments.out, face::file::to_json(&face))
 }
