@@ -1,24 +1,26 @@
 //! Alignment and scaling: the generic face is put where the marks are, and made as wide and as high.
 
-use nalgebra::{Point2, Point3, Vector2, Vector3};
+use nalgebra::{Point2, Point3, Rotation3, Vector2, Vector3};
 
 use crate::camera::Camera;
 
-/// A shift and a scaling along the axes: x ↦ to + scale ∘ (x − from), mm.
+/// A scaling along the axes, a turn and a shift: x ↦ to + turn (scale ∘ (x − from)), mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alignment {
     /// The point of the generic face whose projection is the centre of the landmarks' projections.
     pub from: Point3<f64>,
     /// Where it goes.
     pub to: Point3<f64>,
-    /// Factors along x, y, z.
+    /// Factors along x, y, z of the generic face.
     pub scale: Vector3<f64>,
+    /// The turn of the head. The thesis has none.
+    pub turn: Rotation3<f64>,
 }
 
 impl Alignment {
     /// Where a vertex goes.
     pub fn apply(&self, x: &Point3<f64>) -> Point3<f64> {
-        self.to + (x - self.from).component_mul(&self.scale)
+        self.to + self.turn * (x - self.from).component_mul(&self.scale)
     }
 }
 
@@ -42,7 +44,7 @@ const SMALLEST_RANGE: f64 = 0.2;
 pub fn align(landmarks: &[Point3<f64>], marks: &[Point2<f64>], camera: &Camera, z_factor: f64) -> Alignment {
     if landmarks.is_empty() {
         let (from, to) = (Point3::origin(), Point3::origin());
-        return Alignment { from, to, scale: Vector3::repeat(1.0) };
+        return Alignment { from, to, scale: Vector3::repeat(1.0), turn: Rotation3::identity() };
     }
     let n = landmarks.len() as f64;
     let to_plane = camera.z_prp_mm - camera.z_vp_mm;
@@ -63,7 +65,7 @@ pub fn align(landmarks: &[Point3<f64>], marks: &[Point2<f64>], camera: &Camera, 
         (Some(one), None) | (None, Some(one)) => Vector3::new(one, one, z_factor * one),
         (None, None) => Vector3::repeat(1.0),
     };
-    Alignment { from, to, scale }
+    Alignment { from, to, scale, turn: Rotation3::identity() }
 }
 
 /// Width and height of the smallest upright rectangle around the points.

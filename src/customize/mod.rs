@@ -1,44 +1,94 @@
 //! Fitting the generic face to a person from a few landmarks marked on the first frame: align, scale, morph. Thesis §4.2, Fig. 4.6.
 
 pub mod align;
+mod folds;
 pub mod nnwa;
+pub mod pose;
+pub mod radial;
 
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point2, Point3};
 use serde::{Deserialize, Serialize};
 
 use crate::camera::Camera;
 use crate::face::Mesh;
-use crate::face::mesh::doubled_area_vector;
 
 pub use nnwa::Anchor;
 
+/// How the generic face is brought to the marks before the morph.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AlignRule {
+    /// Shift, and scale by the ranges of the marks. Thesis §4.2.
+    Thesis,
+    /// Shift, scale and turn of the head together, by least squares: [`pose`].
+    #[default]
+    Pose,
+}
+
+/// How the face between the landmarks follows them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MorphRule {
+    /// The average of the landmarks' shifts, weighted by inverse distance. Thesis §4.2: [`nnwa`].
+    Nnwa,
+    /// The smoothest field through the landmarks' shifts: [`radial`].
+    #[default]
+    Radial,
+}
+
 /// Choices of the customisation.
+///
+/// A file that leaves some of them out means the thesis's ([`CustomizeSettings::thesis`]), as it did before there were others.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default = "CustomizeSettings::thesis", deny_unknown_fields)]
 pub struct CustomizeSettings {
-    /// Factor of depth over the factor of width; greater than 0. Default 1.15, the thesis's (after Luximon's head statistics);
-    /// 1 keeps the depth of a generic face that is already as deep as people are.
+    /// Alignment before the morph (default: pose).
+    pub align: AlignRule,
+    /// Factor of depth over the factor of width (thesis), or over the mean factor of width and height (pose); greater than 0.
+    /// Default 1, which keeps a generic face as deep as people are; the thesis has 1.15 (after Luximon's head statistics).
     pub z_factor: f64,
-    /// Power p of the inverse distance by which landmarks are weighted, w = 1/d^p; above 0, at most [`LARGEST_POWER`]. Default 2.
+    /// The morph (default: radial).
+    pub morph: MorphRule,
+    /// Standard deviation by which landmarks may be missed for a smoother face, mm, 0 (default) to 100: for the radial morph only.
+    /// Above 0 the landmarks no longer land exactly, and marks that contradict each other no longer fold the face.
+    pub smoothing_mm: f64,
+    /// Power p of the inverse distance by which NNWA weighs landmarks, w = 1/d^p; above 0, at most [`LARGEST_POWER`]. Default 2.
     ///
     /// A power of 1 leaves a spike at every landmark, because its weights have no slope of zero there, and lets far
     /// landmarks rule. A large one gives every landmark a plateau of its own, with cliffs between. 2 is the least whole power
     /// that is smooth at the landmarks, and near it the lengths between vertices, of which forces are made, err least (4.5 %,
     /// against 6.1 % at 1 and 5.0 % at 4: see the tests of this module).
     pub power: f64,
-    /// Only so many nearest landmarks move a vertex, at least 1; absent (default) = all. Fewer make the result less smooth:
-    /// it jumps where the choice changes.
+    /// Only so many nearest landmarks move a vertex by NNWA, at least 1; absent (default) = all. Fewer make the result less
+    /// smooth: it jumps where the choice changes.
     pub nearest: Option<usize>,
 }
 
 impl Default for CustomizeSettings {
     fn default() -> Self {
-        Self { z_factor: 1.15, power: 2.0, nearest: None }
+        Self { align: AlignRule::Pose, z_factor: 1.0, morph: MorphRule::Radial, ..Self::thesis() }
+    }
+}
+
+impl CustomizeSettings {
+    /// The choices of the thesis.
+    pub fn thesis() -> Self {
+        Self {
+            align: AlignRule::Thesis,
+            z_factor: 1.15,
+            morph: MorphRule::Nnwa,
+            smoothing_mm: 0.0,
+            power: 2.0,
+            nearest: None,
+        }
     }
 }
 
 /// Largest power accepted: beyond it the weights of a face leave the range of numbers, and it is the nearest landmark's alone.
 pub const LARGEST_POWER: f64 = 16.0;
+
+/// Largest smoothing accepted, mm.
+pub const MOST_SMOOTHING_MM: f64 = 100.0;
 
 /// A landmark found on the first frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,14 +106,20 @@ pub struct Customized {
     pub positions: Vec<Point3<f64>>,
     /// Every vertex after alignment and scaling, before the morph, mm.
     pub aligned: Vec<Point3<f64>>,
-    /// Scale along x, y, z.
+    /// Scale along x, y, z of the generic face.
     pub scale: [f64; 3],
+    /// Turn of the head against the generic face: rotation vector, rad; zero with the thesis's alignment.
+    pub turn: [f64; 3],
+    /// Standard error of the turn about x, y and z, rad.
+    pub turn_sigma: [f64; 3],
     /// Distance of each landmark's projection from its mark after alignment and scaling, px: how unlike the generic face is.
     pub residual_before_px: Vec<f64>,
-    /// The same after the morph: rounding error.
+    /// The same after the morph: rounding error, or what the smoothing leaves.
     pub residual_px: Vec<f64>,
     /// Triangles that the morph turned over: their normal is more than a right angle from what it was after scaling.
     pub folded: Vec<u32>,
+    /// For each of those the vertex of the landmark to blame: without its mark the triangle would lie best.
+    pub to_blame: Vec<u32>,
 }
 
 /// Why a face cannot be customised.
@@ -102,23 +158,24 @@ pub enum CustomizeError {
         z_prp_mm: f64,
     },
     /// A setting out of range.
-    #[error("{setting} is {value}; it must be greater than 0{limit}")]
+    #[error("{setting} is {value}; it must be {limit}")]
     Setting {
         /// Name of the setting.
         setting: &'static str,
         /// Its value.
         value: f64,
-        /// What else it must be, as the end of a sentence.
+        /// What it must be, as the end of a sentence.
         limit: &'static str,
     },
 }
 
 /// Moves `mesh` so that its landmarks are seen where they were marked, and the rest of it follows. Thesis §4.2, Fig. 4.6.
 ///
-/// 1. [`align`](align::align): the face is shifted in x and y until the centre of the landmarks' projections lies at the
-///    centre of the marks; then x and y are scaled by the ratios of the ranges, and z by `z_factor` times the factor of x.
+/// 1. Alignment: by [`align`](align::align), the face is shifted in x and y until the centre of the landmarks' projections lies at
+///    the centre of the marks; then x and y are scaled by the ratios of the ranges, and z by `z_factor` times the factor of x. Or by
+///    [`pose`](pose::align), shift, scale and the turn of the head come from all marks together.
 /// 2. Each landmark goes onto the ray of its mark and keeps its depth, x ↦ f_p⁻¹(mark, z). Thesis (4.8).
-/// 3. [`morph`](nnwa::morph): every other vertex follows the landmarks by their displacements, weighted by inverse distance.
+/// 3. Every other vertex follows the landmarks: by [`nnwa`] or [`radial`].
 ///
 /// Without targets the mesh is returned as it is. One is enough to shift it; two or more scale it, where they lie far enough apart
 /// to say how much.
@@ -134,7 +191,13 @@ pub fn customize(
     for (t, x) in targets.iter().zip(&landmarks) {
         in_sight(t.vertex, x, camera)?;
     }
-    let alignment = align::align(&landmarks, &marks, camera, settings.z_factor);
+    let pose::Pose { alignment, turn_sigma } = match settings.align {
+        AlignRule::Thesis => {
+            let alignment = align::align(&landmarks, &marks, camera, settings.z_factor);
+            pose::Pose { alignment, turn_sigma: [0.0; 3] }
+        }
+        AlignRule::Pose => pose::align(&landmarks, &marks, camera, settings.z_factor),
+    };
     let aligned: Vec<Point3<f64>> = mesh.positions().iter().map(|x| alignment.apply(x)).collect();
     for (vertex, x) in aligned.iter().enumerate() {
         in_sight(vertex as u32, x, camera)?;
@@ -148,22 +211,37 @@ pub fn customize(
         })
         .collect();
     let mut positions = aligned.clone();
-    nnwa::morph(&mut positions, &anchors, settings.power, settings.nearest);
-    for (t, anchor) in targets.iter().zip(&anchors) {
-        positions[t.vertex as usize] = anchor.at + anchor.shift;
+    morph(&mut positions, &anchors, settings);
+    if settings.morph == MorphRule::Nnwa || settings.smoothing_mm == 0.0 {
+        for (t, anchor) in targets.iter().zip(&anchors) {
+            positions[t.vertex as usize] = anchor.at + anchor.shift;
+        }
     }
 
     let residual = |x: &[Point3<f64>]| -> Vec<f64> {
         targets.iter().map(|t| (camera.image_from_face(&x[t.vertex as usize]) - t.at_in_image).norm()).collect()
     };
+    let folded = folds::turned_over(mesh, &aligned, &positions);
+    let blamed = folds::to_blame(mesh, &aligned, &anchors, &folded, settings);
     Ok(Customized {
         residual_before_px: residual(&aligned),
         residual_px: residual(&positions),
-        folded: turned_over(mesh, &aligned, &positions),
+        to_blame: blamed.into_iter().map(|k| targets[k].vertex).collect(),
+        folded,
         scale: alignment.scale.into(),
+        turn: alignment.turn.scaled_axis().into(),
+        turn_sigma,
         positions,
         aligned,
     })
+}
+
+/// Moves vertices with the anchors by the rule of the settings.
+fn morph(positions: &mut [Point3<f64>], anchors: &[Anchor], settings: &CustomizeSettings) {
+    match settings.morph {
+        MorphRule::Nnwa => nnwa::morph(positions, anchors, settings.power, settings.nearest),
+        MorphRule::Radial => radial::Field::through(anchors, settings.smoothing_mm).morph(positions),
+    }
 }
 
 fn in_sight(vertex: u32, x: &Point3<f64>, camera: &Camera) -> Result<(), CustomizeError> {
@@ -174,20 +252,15 @@ fn in_sight(vertex: u32, x: &Point3<f64>, camera: &Camera) -> Result<(), Customi
     }
 }
 
-/// Triangles whose normals before and after are more than a right angle apart.
-fn turned_over(mesh: &Mesh, before: &[Point3<f64>], after: &[Point3<f64>]) -> Vec<u32> {
-    let normal = |x: &[Point3<f64>], t: &[u32; 3]| -> Vector3<f64> { doubled_area_vector(x, *t) };
-    let turned = |t: &[u32; 3]| normal(before, t).dot(&normal(after, t)) < 0.0;
-    mesh.triangles().iter().enumerate().filter(|(_, t)| turned(t)).map(|(i, _)| i as u32).collect()
-}
-
 fn check(mesh: &Mesh, targets: &[LandmarkTarget], settings: &CustomizeSettings) -> Result<(), CustomizeError> {
     let positive = |setting, value: f64, most: f64, limit| {
         if value > 0.0 && value <= most { Ok(()) } else { Err(CustomizeError::Setting { setting, value, limit }) }
     };
-    positive("z_factor", settings.z_factor, f64::MAX, " and finite")?;
-    positive("power", settings.power, LARGEST_POWER, " and at most 16")?;
-    positive("nearest", settings.nearest.map_or(1.0, |k| k as f64), f64::MAX, "")?;
+    positive("z_factor", settings.z_factor, f64::MAX, "greater than 0 and finite")?;
+    positive("power", settings.power, LARGEST_POWER, "greater than 0 and at most 16")?;
+    positive("nearest", settings.nearest.map_or(1.0, |k| k as f64), f64::MAX, "greater than 0")?;
+    // Shifted by the least number there is, so that 0 passes.
+    positive("smoothing_mm", settings.smoothing_mm + f64::MIN_POSITIVE, MOST_SMOOTHING_MM, "from 0 to 100")?;
     let mut seen = std::collections::BTreeSet::new();
     for &LandmarkTarget { vertex, at_in_image } in targets {
         if vertex as usize >= mesh.len() {
@@ -274,8 +347,9 @@ mod tests {
         let targets = targets(&mesh, bumpy);
         for settings in [
             CustomizeSettings::default(),
-            CustomizeSettings { power: 1.0, ..Default::default() },
-            CustomizeSettings { power: 2.7, nearest: Some(5), ..Default::default() },
+            CustomizeSettings::thesis(),
+            CustomizeSettings { power: 1.0, ..CustomizeSettings::thesis() },
+            CustomizeSettings { power: 2.7, nearest: Some(5), ..CustomizeSettings::thesis() },
         ] {
             let fit = customize(&mesh, &targets, &camera(), &settings).unwrap();
             assert!(fit.residual_px.iter().all(|r| *r < 1e-9));
@@ -292,7 +366,7 @@ mod tests {
     fn a_larger_face_elsewhere_is_found_by_alignment_alone() {
         let mesh = sheet(18, 34);
         let moved = |p: &Point3<f64>| Point3::new(p.x * 1.2 + 13.0, p.y * 1.2 - 8.0, p.z);
-        let settings = CustomizeSettings { z_factor: 1.0 / 1.2, ..Default::default() };
+        let settings = CustomizeSettings { z_factor: 1.0 / 1.2, ..CustomizeSettings::thesis() };
         let fit = customize(&mesh, &targets(&mesh, moved), &camera(), &settings).unwrap();
         assert!(
             (fit.scale[0] - 1.2).abs() < 0.02 && (fit.scale[1] - 1.2).abs() < 0.02 && (fit.scale[2] - 1.0).abs() < 0.02
@@ -306,7 +380,7 @@ mod tests {
     fn few_targets_do_what_they_can() {
         let mesh = sheet(9, 11);
         let at = |vertex: u32, x: f64, y: f64| LandmarkTarget { vertex, at_in_image: Point2::new(x, y) };
-        let settings = CustomizeSettings::default();
+        let settings = CustomizeSettings::thesis();
         let none = customize(&mesh, &[], &camera(), &settings).unwrap();
         assert_eq!((none.positions.as_slice(), none.scale), (mesh.positions(), [1.0; 3]));
 
@@ -353,6 +427,8 @@ mod tests {
             CustomizeSettings { power: f64::NAN, ..plain },
             CustomizeSettings { z_factor: -1.0, ..plain },
             CustomizeSettings { nearest: Some(0), ..plain },
+            CustomizeSettings { smoothing_mm: -1.0, ..plain },
+            CustomizeSettings { smoothing_mm: f64::NAN, ..plain },
         ] {
             assert!(matches!(fit(&[at(3, 1.0)], bad), CustomizeError::Setting { .. }));
         }
@@ -384,7 +460,7 @@ mod tests {
                 for mark in &mut marks {
                     mark.at_in_image += nalgebra::Vector2::new(noise.normal(), noise.normal()) * 3.0;
                 }
-                let settings = CustomizeSettings { power, z_factor: 1.0, nearest: None };
+                let settings = CustomizeSettings { power, z_factor: 1.0, ..CustomizeSettings::thesis() };
                 let fit = customize(&mesh, &marks, &camera(), &settings).unwrap();
                 let truth: Vec<_> = mesh.positions().iter().map(warp).collect();
                 let off = mesh.edges().iter().map(|&e| length(&fit.positions, e) / length(&truth, e) - 1.0);
@@ -407,17 +483,19 @@ mod tests {
             marks in prop::collection::btree_map(0..99_u32, (-2000.0..3000.0_f64, -2000.0..3000.0_f64), 0..6),
             power in 0.1..16.0_f64,
             nearest in prop::option::of(1..4_usize),
+            align in prop::sample::select(vec![AlignRule::Thesis, AlignRule::Pose]),
+            morph in prop::sample::select(vec![MorphRule::Nnwa, MorphRule::Radial]),
         ) {
             let mesh = sheet(9, 11);
             let targets: Vec<_> = marks
                 .into_iter()
                 .map(|(vertex, (x, y))| LandmarkTarget { vertex, at_in_image: Point2::new(x, y) })
                 .collect();
-            let settings = CustomizeSettings { power, nearest, ..Default::default() };
+            let settings = CustomizeSettings { power, nearest, align, morph, ..Default::default() };
             match customize(&mesh, &targets, &camera(), &settings) {
                 Ok(fit) => prop_assert!(
                     fit.positions.iter().all(|p| p.coords.iter().all(|c| c.is_finite()))
-                        && fit.residual_px.iter().all(|r| *r < 1e-6)
+                        && fit.residual_px.iter().all(|r| *r < 1e-6) && fit.folded.len() == fit.to_blame.len()
                 ),
                 // A huge face grows into the camera.
                 Err(e) => prop_assert!(matches!(e, CustomizeError::BehindCamera { .. }), "{e}"),

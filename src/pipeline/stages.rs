@@ -102,7 +102,10 @@ pub(super) fn customized(mesh: &Mesh, input: &CustomizeInput) -> Customized {
         scale: [1.0; 3],
         residual_before_px: vec![0.0; input.targets.len()],
         residual_px: vec![0.0; input.targets.len()],
+        turn: [0.0; 3],
+        turn_sigma: [0.0; 3],
         folded: Vec::new(),
+        to_blame: Vec::new(),
     })
 }
 

@@ -71,7 +71,8 @@ pub struct ImportOptions {
     pub keep: Keep,
     /// Only these groups of an OBJ file are read; none named (default) = all.
     pub groups: Vec<String>,
-    /// Whether vertices at exactly the same place become one (default true). Turn it off for closed lips or lids that touch.
+    /// Whether vertices at exactly the same place become one (default true). Turn it off for closed lips or lids that touch; those
+    /// of a CANDIDE wireframe are never merged.
     pub merge_duplicates: bool,
     /// Whether left and right change places (default false): for a mirrored file.
     pub mirrored: bool,
@@ -304,7 +305,9 @@ pub fn read(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<Importe
         repairs.push(Repair::CrossedPolygons(soup.crossed_polygons));
     }
     // Parts that are not kept may be as faulty as they like: they leave first where no cleaning is needed to tell them.
-    clean::surface(&mut soup, options.merge_duplicates, &mut repairs);
+    // A wireframe has no seams: where its vertices meet, lips or lids touch.
+    let merge = options.merge_duplicates && Format::of(bytes, name) != Some(Format::Wfm);
+    clean::surface(&mut soup, merge, &mut repairs);
     if options.keep == Keep::LargestPiece {
         clean::largest_piece(&mut soup, &mut repairs);
     }

@@ -74,7 +74,7 @@ fn any_settings() -> impl Strategy<Value = Settings> {
     let depth = prop_oneof![Just(DepthRule::FixedDepth), Just(DepthRule::SlideOnSurface)];
     let springs = prop_oneof![Just(SpringRule::Strip), Just(SpringRule::Uniform)];
     let customize = (0.1..5.0, 0.1..9.0, prop::option::of(1_usize..40))
-        .prop_map(|(z_factor, power, nearest)| CustomizeSettings { z_factor, power, nearest });
+        .prop_map(|(z_factor, power, nearest)| CustomizeSettings { z_factor, power, nearest, ..Default::default() });
     (customize, depth, unmarked, springs, 0.01..9.0, 0.0..9.0, any::<bool>()).prop_map(
         |(customize, depth, unmarked, springs, skin_thickness_mm, marking_sigma_px, remove_head_motion)| Settings {
             customize,
