@@ -1,6 +1,7 @@
 //! The face: a mesh with named landmarks and muscles bound to its vertices.
 
 pub mod check;
+pub mod closest;
 pub mod draft;
 pub mod file;
 pub mod generic;
