@@ -54,7 +54,7 @@ impl Case {
     }
 }
 
-const CASES: [&str; 4] = ["held_uniform", "slide_inferred_head", "fixed_depth_head", "defaults"];
+const CASES: [&str; 5] = ["held_uniform", "slide_inferred_head", "fixed_depth_head", "pose_radial", "defaults"];
 
 /// Fails where two numbers differ by more than `tolerance` of themselves or, near zero, of a thousandth of `scale`.
 fn agree(found: f64, golden: f64, tolerance: f64, scale: f64, what: &str) {

@@ -3,6 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
+use crate::customize::CustomizeError;
+use crate::customize::transfer::TransferError;
 use crate::draw::height_map::HeightMapError;
 use crate::draw::svg::SvgError;
 use crate::export::NoFrame;
@@ -12,6 +14,7 @@ use crate::face::import::ImportError;
 use crate::frames::FrameError;
 use crate::project::{FrameStatus, ProjectFileError};
 use crate::study::TwinError;
+use crate::study::people::PeopleError;
 use crate::study::scene::PersonError;
 
 /// Every way in which a command can fail.
@@ -59,6 +62,31 @@ pub enum CliError {
         /// What is wrong with it.
         source: ImportError,
     },
+    /// Nothing could be proposed on a mesh.
+    #[error("{}: {source}", .path.display())]
+    Transfer {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: TransferError,
+    },
+    /// A face to compare with has not the landmarks for it.
+    #[error("{}: has {shared} landmarks of the names of the generic face, at least 3 are needed; add them with `frontalis face import MESH --transfer`", .path.display())]
+    NoCommonLandmarks {
+        /// The file.
+        path: PathBuf,
+        /// Landmarks shared.
+        shared: usize,
+    },
+    /// A face cannot be customised.
+    #[error("the face cannot be customised: {0}")]
+    Customize(#[from] CustomizeError),
+    /// People cannot be drawn.
+    #[error("the people cannot be made: {0}")]
+    People(#[from] PeopleError),
+    /// A chart cannot be painted.
+    #[error("the chart could not be drawn: {0}")]
+    Chart(#[from] SvgError),
     /// The face file is not the one that the project was made with.
     #[error("the face {0}")]
     FaceChanged(FrameStatus),

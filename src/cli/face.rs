@@ -1,5 +1,6 @@
 //! `frontalis face`: face models listed, shown, exported, checked, generated, and made from meshes of other programs.
 
+mod compare;
 mod import;
 
 use std::path::{Path, PathBuf};
@@ -45,6 +46,8 @@ enum Action {
         /// A face model file or a mesh (OBJ, PLY, CANDIDE .wfm); without it, the generic face.
         file: Option<PathBuf>,
     },
+    /// Says how near the generic face comes to other faces when it is customised by their landmarks.
+    Compare(compare::Arguments),
     /// Makes a face model file of a mesh (OBJ, PLY, CANDIDE .wfm), and says what was repaired and guessed.
     Import(import::Arguments),
     /// Draws a face: shaded, as wireframe, or with its muscles as in an anatomy plate.
@@ -122,6 +125,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
             print!("{report}");
             if report.ok() { Ok(()) } else { Err(CliError::FaceFailed(face.name().to_owned())) }
         }
+        Action::Compare(arguments) => compare::run(arguments),
         Action::Import(arguments) => import::run(arguments),
         Action::Picture { face, out, view, style, preset, height } => {
             let face = face_at(face.as_ref())?;

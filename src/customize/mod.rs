@@ -3,8 +3,10 @@
 pub mod align;
 mod folds;
 pub mod nnwa;
+pub mod numbering;
 pub mod pose;
 pub mod radial;
+pub mod transfer;
 
 use nalgebra::{Point2, Point3};
 use serde::{Deserialize, Serialize};
@@ -38,19 +40,23 @@ pub enum MorphRule {
 
 /// Choices of the customisation.
 ///
-/// A file that leaves some of them out means the thesis's ([`CustomizeSettings::thesis`]), as it did before there were others.
+/// A file that leaves some of them out means the thesis's ([`CustomizeSettings::thesis`]), as it did before there were others; so the
+/// thesis's are left out when they are written.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default = "CustomizeSettings::thesis", deny_unknown_fields)]
 pub struct CustomizeSettings {
     /// Alignment before the morph (default: pose).
+    #[serde(skip_serializing_if = "AlignRule::is_thesis")]
     pub align: AlignRule,
     /// Factor of depth over the factor of width (thesis), or over the mean factor of width and height (pose); greater than 0.
     /// Default 1, which keeps a generic face as deep as people are; the thesis has 1.15 (after Luximon's head statistics).
     pub z_factor: f64,
     /// The morph (default: radial).
+    #[serde(skip_serializing_if = "MorphRule::is_thesis")]
     pub morph: MorphRule,
     /// Standard deviation by which landmarks may be missed for a smoother face, mm, 0 (default) to 100: for the radial morph only.
     /// Above 0 the landmarks no longer land exactly, and marks that contradict each other no longer fold the face.
+    #[serde(skip_serializing_if = "is_zero")]
     pub smoothing_mm: f64,
     /// Power p of the inverse distance by which NNWA weighs landmarks, w = 1/d^p; above 0, at most [`LARGEST_POWER`]. Default 2.
     ///
@@ -62,6 +68,25 @@ pub struct CustomizeSettings {
     /// Only so many nearest landmarks move a vertex by NNWA, at least 1; absent (default) = all. Fewer make the result less
     /// smooth: it jumps where the choice changes.
     pub nearest: Option<usize>,
+}
+
+impl AlignRule {
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde calls")]
+    fn is_thesis(&self) -> bool {
+        *self == Self::Thesis
+    }
+}
+
+impl MorphRule {
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde calls")]
+    fn is_thesis(&self) -> bool {
+        *self == Self::Nnwa
+    }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde calls")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 impl Default for CustomizeSettings {

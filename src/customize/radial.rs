@@ -5,7 +5,7 @@
     reason = "only what is inlined into the dispatched function is compiled for wide registers"
 )]
 
-use nalgebra::{DMatrix, Point3, Vector2};
+use nalgebra::{DMatrix, Point3, Vector3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
@@ -27,18 +27,19 @@ const LANES: usize = 8;
 #[derive(Clone, Copy, Debug)]
 struct Centre {
     at: Point3<f64>,
-    weight: Vector2<f64>,
+    weight: Vector3<f64>,
 }
 
 /// The solved field of shifts.
 #[derive(Clone, Debug)]
 pub struct Field {
     centres: Vec<Centre>,
-    common: Vector2<f64>,
+    common: Vector3<f64>,
 }
 
 impl Field {
-    /// Solves for the field through the anchors' shifts (x and y: a landmark keeps its depth, Thesis (4.8)).
+    /// Solves for the field through the anchors' shifts. Shifts without a depth (a landmark keeps its own, Thesis (4.8)) make a
+    /// field without one.
     ///
     /// u(x) = a + Σ_k w_k ‖x − x_k‖,   u(x_k) = Δ_k,   Σ_k w_k = 0
     ///
@@ -49,23 +50,28 @@ impl Field {
     ///
     /// Source: Duchon 1977 (the kernel); Micchelli 1986 (that it can be solved).
     pub fn through(anchors: &[Anchor], smoothing_mm: f64) -> Self {
+        Self::smoothed(anchors, |_| smoothing_mm)
+    }
+
+    /// The same with a smoothing for each anchor, by its index, mm.
+    pub fn smoothed(anchors: &[Anchor], smoothing_mm: impl Fn(usize) -> f64) -> Self {
         let n = anchors.len();
         if n == 0 {
-            return Self { centres: Vec::new(), common: Vector2::zeros() };
+            return Self { centres: Vec::new(), common: Vector3::zeros() };
         }
-        let nugget = smoothing_mm * smoothing_mm / UNLIKE_PER_MM;
-        let solve = |nugget: f64| {
+        let nugget: Vec<f64> = (0..n).map(smoothing_mm).map(|s| s * s / UNLIKE_PER_MM).collect();
+        let solve = |more: f64| {
             let system = DMatrix::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
-                (true, true) if i == j => -nugget,
+                (true, true) if i == j => -nugget[i] - more,
                 (true, true) => (anchors[i].at - anchors[j].at).norm(),
                 (false, false) => 0.0,
                 _ => 1.0,
             });
-            let shifts = DMatrix::from_fn(n + 1, 2, |i, j| if i < n { anchors[i].shift[j] } else { 0.0 });
+            let shifts = DMatrix::from_fn(n + 1, 3, |i, j| if i < n { anchors[i].shift[j] } else { 0.0 });
             system.lu().solve(&shifts).filter(|s| s.iter().all(|v| v.is_finite()))
         };
-        let solution = solve(nugget).or_else(|| solve(nugget + RELUCTANCE)).unwrap_or_else(|| DMatrix::zeros(n + 1, 2));
-        let row = |i: usize| Vector2::new(solution[(i, 0)], solution[(i, 1)]);
+        let solution = solve(0.0).or_else(|| solve(RELUCTANCE)).unwrap_or_else(|| DMatrix::zeros(n + 1, 3));
+        let row = |i: usize| Vector3::new(solution[(i, 0)], solution[(i, 1)], solution[(i, 2)]);
         let centres = anchors.iter().enumerate().map(|(i, a)| Centre { at: a.at, weight: row(i) }).collect();
         Self { centres, common: row(n) }
     }
@@ -96,18 +102,21 @@ impl WithSimd for Chunk<'_> {
             for (j, v) in group.iter().enumerate() {
                 (x[j], y[j], z[j]) = (v.x, v.y, v.z);
             }
-            let (mut shift_x, mut shift_y) = ([self.field.common.x; LANES], [self.field.common.y; LANES]);
+            let common = self.field.common;
+            let (mut shift_x, mut shift_y, mut shift_z) = ([common.x; LANES], [common.y; LANES], [common.z; LANES]);
             for c in &self.field.centres {
                 for j in 0..LANES {
                     let (dx, dy, dz) = (x[j] - c.at.x, y[j] - c.at.y, z[j] - c.at.z);
                     let r = (dx * dx + dy * dy + dz * dz).sqrt();
                     shift_x[j] += c.weight.x * r;
                     shift_y[j] += c.weight.y * r;
+                    shift_z[j] += c.weight.z * r;
                 }
             }
             for (j, v) in group.iter_mut().enumerate() {
                 v.x += shift_x[j];
                 v.y += shift_y[j];
+                v.z += shift_z[j];
             }
         }
     }

@@ -72,6 +72,12 @@ impl Surface {
         &self.mesh
     }
 
+    /// Unit normal of a triangle; the z axis where it has no area.
+    pub fn normal(&self, triangle: u32) -> Vector3<f64> {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(&(c - a)).try_normalize(1e-12).unwrap_or_else(Vector3::z)
+    }
+
     fn corners(&self, t: u32) -> [Point3<f64>; 3] {
         self.mesh.triangles()[t as usize].map(|i| self.mesh.positions()[i as usize])
     }

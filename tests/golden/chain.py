@@ -86,13 +86,27 @@ def is_data(mark):
     return mark is not None and mark.get("state", "marked") != "occluded"
 
 
+# A file that leaves choices of the customisation out means the thesis's; one without any takes the program's.
+THESIS = {"align": "thesis", "z_factor": 1.15, "morph": "nnwa", "smoothing_mm": 0.0, "power": 2.0, "nearest": None}
+PROGRAM = {**THESIS, "align": "pose", "z_factor": 1.0, "morph": "radial"}
+
+
 def customise(project, face, camera):
-    """Align, scale, and the average of the landmarks' shifts weighted by 1 / distance ** power."""
-    settings = {"z_factor": 1.15, "power": 2.0, "nearest": None, **project.get("settings", {}).get("customize", {})}
+    """Align, scale, and the landmarks' shifts spread over the face."""
+    given = project.get("settings", {}).get("customize")
+    settings = PROGRAM if given is None else {**THESIS, **given}
     ids = [i for i in face.landmarks if is_data(project["landmarks"].get(i))]
     at = np.array([face.landmarks[i] for i in ids])
     marks = np.array([project["landmarks"][i]["at_px"] for i in ids])
-    landmarks = face.x[at]
+    align = {"thesis": by_ranges, "pose": by_pose}[settings["align"]]
+    aligned, scale = align(face.x, face.x[at], marks, camera, settings["z_factor"])
+    rms_before = np.sqrt(((camera.picture(aligned[at]) - marks) ** 2).sum(axis=1).mean())
+    shifts = np.array([camera.back(p, aligned[v][2]) - aligned[v] for p, v in zip(marks, at)])
+    morph = {"nnwa": nnwa, "radial": radial}[settings["morph"]]
+    return morph(aligned, aligned[at], shifts, settings), scale, rms_before
+
+
+def by_ranges(x, landmarks, marks, camera, z_factor):
     # The shift (dx, dy) that centres the projections: mean a (x + dx) = mean of the marks on the plane.
     factor = (camera.z_prp - camera.z_vp) / (camera.z_prp - landmarks[:, 2])
     wanted = camera.on_plane(marks.mean(axis=0))
@@ -109,20 +123,66 @@ def customise(project, face, camera):
         scale = np.ones(3)
     else:
         sx, sy = (told[k] if told[k] is not None else told[1 - k] for k in (0, 1))
-        scale = np.array([sx, sy, settings["z_factor"] * sx])
-    aligned = about + (face.x + np.append(shift, 0.0) - about) * scale
-    rms_before = np.sqrt(((camera.picture(aligned[at]) - marks) ** 2).sum(axis=1).mean())
-    shifts = np.array([camera.back(p, aligned[v][2]) - aligned[v] for p, v in zip(marks, at)])
+        scale = np.array([sx, sy, z_factor * sx])
+    return about + (x + np.append(shift, 0.0) - about) * scale, scale
+
+
+def by_pose(x, landmarks, marks, camera, z_factor):
+    """Rotation vector, logarithms of two scales and a shift that minimise the misses / 3 mm and what is known without a mark.
+
+    Gauss-Newton from rest; the Jacobian is a complex step."""
+    centre, wanted = landmarks.mean(axis=0), camera.on_plane(marks)
+
+    def scale(u):
+        return np.array([np.exp(u[3]), np.exp(u[4]), z_factor * np.exp((u[3] + u[4]) / 2.0)])
+
+    def put(u, points):
+        theta = np.concatenate([u[:3], u[5:7], [0.0]])
+        return turned(theta, centre, centre + (points - centre) * scale(u))
+
+    def lacks(u):
+        y = put(u, landmarks)
+        seen = y[:, :2] * ((camera.z_prp - camera.z_vp) / (camera.z_prp - y[:, 2]))[:, None]
+        known = [u[0] / 0.1, u[1] / 0.1, u[2] / 0.1, (u[3] - u[4]) / 0.05, (u[3] + u[4]) / 2.0 / 0.3]
+        return np.concatenate([((seen - wanted) / 3.0).ravel(), known])
+
+    u = np.zeros(7)
+    u[5:7] = (wanted - landmarks[:, :2]).mean(axis=0)
+    for _ in range(200):
+        jacobian = np.empty((2 * len(marks) + 5, 7))
+        for k in range(7):
+            step = np.zeros(7, dtype=complex)
+            step[k] = 1e-30j
+            jacobian[:, k] = lacks(u + step).imag / 1e-30
+        step = np.linalg.lstsq(jacobian, -lacks(u), rcond=None)[0]
+        u = u + step
+        if np.abs(step).max() < 1e-14:
+            break
+    return put(u, x), scale(u)
+
+
+def nnwa(aligned, landmarks, shifts, settings):
+    """The average of the shifts weighted by 1 / distance ** power."""
     first = aligned.copy()
     for v, x in enumerate(aligned):
-        d = np.linalg.norm(x - aligned[at], axis=1)
+        d = np.linalg.norm(x - landmarks, axis=1)
         near = np.argsort(d, kind="stable")[: settings["nearest"]]
         if d.min() < 1e-9:
             first[v] += shifts[d.argmin()]
         else:
             w = d[near] ** -settings["power"]
             first[v] += (w[:, None] * shifts[near]).sum(axis=0) / w.sum()
-    return first, scale, rms_before
+    return first
+
+
+def radial(aligned, landmarks, shifts, settings):
+    """a + sum of w_k |x - x_k| through the shifts, the weights' sum 0; with smoothing, their misses are (s^2 / 0.15 mm) w_k."""
+    n = len(landmarks)
+    system = np.ones((n + 1, n + 1))
+    system[:n, :n] = np.linalg.norm(landmarks[:, None] - landmarks[None], axis=2) - settings["smoothing_mm"] ** 2 / 0.15 * np.eye(n)
+    system[n, n] = 0.0
+    weights = np.linalg.solve(system, np.vstack([shifts, np.zeros(3)]))
+    return aligned + np.linalg.norm(aligned[:, None] - landmarks[None], axis=2) @ weights[:n] + weights[n]
 
 
 # Head motion --------------------------------------------------------------------------------------------------------

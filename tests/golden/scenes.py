@@ -111,7 +111,7 @@ def projects(face, sha256):
         "camera": {"distance_mm": 50000.0, "principal_point_px": [500.0, 530.0]},
         "scale": {"from": "two_points", "a_px": [100.0, 200.0], "b_px": [340.0, 520.0], "mm": 80.0},
         "landmarks": dict(every), "features": {"40": {"last": {"state": "locked"}}},
-        "settings": {"unmarked": {"rule": "held"}, "springs": "uniform", "skin_thickness_mm": 1.2, "marking_sigma_px": 0.4,
+        "settings": {"customize": {}, "unmarked": {"rule": "held"}, "springs": "uniform", "skin_thickness_mm": 1.2, "marking_sigma_px": 0.4,
                      "skin": {"rows": [[-0.5, -20.0], [-0.1, -3.0], [0.0, 0.0], [0.08, 2.0], [0.6, 90.0]],
                               "contraction": "fung"}},
     }, skipped=[31, 51], still=[], amount=4.0, head=[0.0] * 6, seed=5)
@@ -139,6 +139,13 @@ def projects(face, sha256):
                      "unmarked": {"rule": "inferred", "reach_mm": 18.0}, "springs": "uniform", "marking_sigma_px": 0.25,
                      "skin": {"rows": [[-0.08, -2.0], [0.0, 0.0], [0.05, 1.5], [0.1, 5.0]]}},
     }, skipped=[40, 49, 50, 57, 30], still=[10, 13, 16, 37, 76, 79], amount=6.0, head=[-0.03, 0.02, -0.02, -3.0, 2.0, -2.0], seed=3)
+    # A nodding, stretched head whose pose comes from every landmark, a morph that misses them a little for smoothness.
+    yield "pose_radial", scene(face, {
+        **base, "name": "Pose, radial morph, smoothed",
+        "camera": {"distance_mm": 600.0}, "scale": {"from": "two_points", "a_px": [0.0, 0.0], "b_px": [0.0, 250.0], "mm": 50.0},
+        "landmarks": dict(every), "features": {},
+        "settings": {"customize": {"align": "pose", "z_factor": 1.1, "morph": "radial", "smoothing_mm": 0.7}, "marking_sigma_px": 0.2},
+    }, skipped=[39, 42, 60, 61], still=[10, 13, 16, 64, 70, 73], amount=4.0, head=[0.01, 0.02, 0.0, 1.0, 0.0, -1.0], seed=6)
     # Nothing but what must be there: every default; two landmarks in a row, so that one axis scales both; too few still points.
     yield "defaults", scene(face, {
         **{k: base[k] for k in ("frontalis_project", "frames", "face")}, "name": "Defaults, assumed scale",

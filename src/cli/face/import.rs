@@ -6,6 +6,8 @@ use clap::ValueEnum;
 
 use super::super::error::CliError;
 use super::{counts, write};
+use crate::customize::numbering::Numbering;
+use crate::customize::transfer;
 use crate::face::check::{self, Expectations};
 use crate::face::import::{self, Axes, Direction, ImportError, ImportOptions};
 use crate::face::{self, file};
@@ -42,6 +44,12 @@ pub(super) struct Arguments {
     /// Left and right change places: for a mirrored file.
     #[arg(long)]
     mirrored: bool,
+    /// Proposes landmarks, muscles and regions of the generic face on the mesh, to be corrected by hand.
+    #[arg(long)]
+    transfer: bool,
+    /// The mesh has published vertex numbers, by which landmarks are bound exactly (a CANDIDE-3 .wfm is known by itself).
+    #[arg(long, value_enum, value_name = "SET", requires = "transfer")]
+    numbers: Option<Numbers>,
     /// Refuses a surface with a fault instead of repairing it.
     #[arg(long)]
     strict: bool,
@@ -56,6 +64,20 @@ enum Keep {
     /// The front of the head, cut out of a head or a whole body.
     Face,
 }
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Numbers {
+    /// The 468-vertex tracking mesh of MediaPipe.
+    #[value(name = "468")]
+    Tracking468,
+    /// CANDIDE-3.
+    Candide3,
+}
+
+/// Landmarks of less confidence are named.
+const DOUBTFUL: f64 = 0.5;
+/// Vertices of CANDIDE-3.
+const CANDIDE3_VERTICES: u32 = 113;
 
 impl Arguments {
     fn options(&self) -> Result<ImportOptions, ImportError> {
@@ -89,8 +111,42 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         println!("note: {repair}");
     }
     let name = arguments.name.as_deref().unwrap_or(&file_name);
-    let face = imported.into_face(name).map_err(|e| refused(e.into()))?;
+    let face = if arguments.transfer {
+        let candide = import::Format::of(&bytes, &file_name) == Some(import::Format::Wfm)
+            && imported.vertices_in_file == CANDIDE3_VERTICES;
+        let numbering = match arguments.numbers {
+            Some(Numbers::Tracking468) => Some(Numbering::Tracking468),
+            Some(Numbers::Candide3) => Some(Numbering::Candide3),
+            None => candide.then_some(Numbering::Candide3),
+        };
+        let generic = face::generic();
+        let known =
+            numbering.map(|n| transfer::known_numbers(&generic, n, &imported.vertex_in_file)).unwrap_or_default();
+        let proposal = transfer::propose(&generic, &imported.mesh, name, &known)
+            .map_err(|source| CliError::Transfer { path: arguments.mesh.clone(), source })?;
+        say(&proposal);
+        proposal.face
+    } else {
+        imported.into_face(name).map_err(|e| refused(e.into()))?
+    };
     println!("{}", counts(&face));
     print!("{}", check::check_against(&face, &Expectations::imported()));
     write(&arguments.out, face::file::to_json(&face))
+}
+
+/// What was proposed, the doubtful by name.
+fn say(proposal: &transfer::Proposal) {
+    println!("the generic face lies within {:.2} mm of the mesh", proposal.rms_mm);
+    for l in &proposal.landmarks {
+        match l.vertex {
+            None => println!("note: the mesh does not reach the landmark {}", l.id),
+            Some(v) if l.confidence < DOUBTFUL => {
+                println!("note: check the landmark {} at vertex {v} (confidence {:.2})", l.id, l.confidence);
+            }
+            Some(_) => {}
+        }
+    }
+    for id in &proposal.muscles_left_out {
+        println!("note: the muscle {id} has no place on the mesh");
+    }
 }

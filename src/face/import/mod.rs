@@ -101,6 +101,8 @@ pub struct Imported {
     pub mesh: Mesh,
     /// For each vertex its number in the file, from 0.
     pub vertex_in_file: Vec<u32>,
+    /// Number of vertices in the file.
+    pub vertices_in_file: u32,
     /// Millimetres that one unit of the file was taken for.
     pub mm_per_unit: f64,
     /// Everything that was changed or guessed, in the order in which it was done.
@@ -298,7 +300,8 @@ pub fn read(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<Importe
     if vertices < 3 || triangles == 0 {
         return Err(MeshError::Empty { vertices, triangles }.into());
     }
-    soup.in_file = (0..soup.positions.len() as u32).collect();
+    let vertices_in_file = vertices as u32;
+    soup.in_file = (0..vertices_in_file).collect();
 
     let mut repairs = Vec::new();
     if soup.crossed_polygons > 0 {
@@ -334,11 +337,12 @@ pub fn read(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<Importe
     let mesh = Mesh::new(positions, triangles)?;
     let offset = mirror::plane_of_symmetry(&mesh);
     if offset.abs() <= 1e-3 {
-        return Ok(Imported { mesh, vertex_in_file: in_file, mm_per_unit, repairs });
+        return Ok(Imported { mesh, vertex_in_file: in_file, vertices_in_file, mm_per_unit, repairs });
     }
     repairs.push(Repair::Centred(-offset));
     let positions = mesh.positions().iter().map(|p| Point3::new(p.x - offset, p.y, p.z)).collect();
-    Ok(Imported { mesh: mesh.with_positions(positions)?, vertex_in_file: in_file, mm_per_unit, repairs })
+    let mesh = mesh.with_positions(positions)?;
+    Ok(Imported { mesh, vertex_in_file: in_file, vertices_in_file, mm_per_unit, repairs })
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::camera::Scale;
-use crate::customize::CustomizeSettings;
+use crate::customize::{AlignRule, CustomizeSettings, MorphRule};
 use crate::displacement::{DepthRule, UnmarkedRule};
 use crate::forces::SpringRule;
 use crate::project::document::{
@@ -73,8 +73,19 @@ fn any_settings() -> impl Strategy<Value = Settings> {
         prop_oneof![Just(UnmarkedRule::Held), (0.1..1e3).prop_map(|reach_mm| UnmarkedRule::Inferred { reach_mm })];
     let depth = prop_oneof![Just(DepthRule::FixedDepth), Just(DepthRule::SlideOnSurface)];
     let springs = prop_oneof![Just(SpringRule::Strip), Just(SpringRule::Uniform)];
-    let customize = (0.1..5.0, 0.1..9.0, prop::option::of(1_usize..40))
-        .prop_map(|(z_factor, power, nearest)| CustomizeSettings { z_factor, power, nearest, ..Default::default() });
+    let align = prop::sample::select(vec![AlignRule::Thesis, AlignRule::Pose]);
+    let morph = prop::sample::select(vec![MorphRule::Nnwa, MorphRule::Radial]);
+    let smoothing = prop::sample::select(vec![0.0, 0.7]);
+    let customize = (0.1..5.0, 0.1..9.0, prop::option::of(1_usize..40), align, morph, smoothing).prop_map(
+        |(z_factor, power, nearest, align, morph, smoothing_mm)| CustomizeSettings {
+            align,
+            z_factor,
+            morph,
+            smoothing_mm,
+            power,
+            nearest,
+        },
+    );
     (customize, depth, unmarked, springs, 0.01..9.0, 0.0..9.0, any::<bool>()).prop_map(
         |(customize, depth, unmarked, springs, skin_thickness_mm, marking_sigma_px, remove_head_motion)| Settings {
             customize,

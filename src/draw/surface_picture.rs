@@ -1,0 +1,236 @@
+//! A surface as a picture: shaded, seen from the front, from between and from the side, with a value a vertex as its colour.
+
+use std::fmt::Write;
+
+use image::RgbImage;
+use nalgebra::{Point3, Rotation3, Vector3};
+
+use super::colour_map::{ColourMap, NOT_MEASURED};
+use super::raster::{Colour, Corner, Line, Raster, colour};
+use super::svg::{self, SvgError};
+use super::ticks;
+
+/// Colour of skin without a value.
+const CLAY: [u8; 3] = [214, 203, 194];
+const PAPER: [u8; 3] = [251, 251, 252];
+const INK: Colour = [0.10, 0.10, 0.13];
+/// Where the light comes from: above, from the left, in front.
+const LIGHT: [f64; 3] = [-0.35, 0.45, 0.82];
+
+/// How surfaces are drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceOptions {
+    /// Width of each view, px (default 420).
+    pub view_width_px: u32,
+    /// Height, px (default 560).
+    pub height_px: u32,
+    /// Turns about the vertical axis, rad, one a view (default: 0, 40° and 90°).
+    pub turns: Vec<f64>,
+    /// Whether the edges are drawn (default yes).
+    pub wireframe: bool,
+    /// The colours (default viridis).
+    pub colour_map: ColourMap,
+    /// Values at the ends of the colours (default 0 to 1).
+    pub range: [f64; 2],
+    /// Heading, and name and unit of the values: "distance, mm".
+    pub title: String,
+    /// Name and unit of the values; no legend where it is empty.
+    pub quantity: String,
+}
+
+impl Default for SurfaceOptions {
+    fn default() -> Self {
+        Self {
+            view_width_px: 420,
+            height_px: 560,
+            turns: [0.0, 40.0, 90.0].map(f64::to_radians).to_vec(),
+            wireframe: true,
+            colour_map: ColourMap::default(),
+            range: [0.0, 1.0],
+            title: String::new(),
+            quantity: String::new(),
+        }
+    }
+}
+
+/// Height of the heading and width of the legend, px.
+const HEADING_PX: u32 = 56;
+const LEGEND_PX: u32 = 130;
+
+/// Draws the surface; without `values` in the colour of clay, with them a vertex without a value in grey.
+///
+/// # Errors
+/// [`SvgError`] where the letters could not be painted. Indices and lists that do not fit leave their triangle out.
+pub fn render(
+    positions: &[Point3<f64>],
+    triangles: &[[u32; 3]],
+    values: Option<&[Option<f64>]>,
+    options: &SurfaceOptions,
+) -> Result<RgbImage, SvgError> {
+    let (wide, high) = (options.view_width_px.clamp(64, 4096), options.height_px.clamp(64, 4096));
+    let views = options.turns.len().clamp(1, 8) as u32;
+    let legend = if options.quantity.is_empty() { 0 } else { LEGEND_PX };
+    let raster = Raster { width: wide * views + legend, height: high + HEADING_PX, samples: 3 };
+
+    let (mut low, mut top) = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
+    for p in positions {
+        low = low.inf(p);
+        top = top.sup(p);
+    }
+    let centre = nalgebra::center(&low, &top);
+    // Every turn about the vertical axis fits.
+    let half_width = positions.iter().map(|p| (p - centre).xz().norm()).fold(1e-9, f64::max);
+    let px_per_mm =
+        (0.94 * f64::from(high) / (top.y - low.y).max(1e-9)).min(0.97 * f64::from(wide) / (2.0 * half_width));
+
+    let known = |t: &&[u32; 3]| t.iter().all(|&i| (i as usize) < positions.len());
+    let shown: Vec<[usize; 3]> = triangles.iter().filter(known).map(|t| t.map(|i| i as usize)).collect();
+    let mut normals = vec![Vector3::zeros(); positions.len()];
+    for &[a, b, c] in &shown {
+        let n = (positions[b] - positions[a]).cross(&(positions[c] - positions[a]));
+        for i in [a, b, c] {
+            normals[i] += n;
+        }
+    }
+    let mut corners = Vec::new();
+    let mut lines = Vec::new();
+    let mut turns = Vec::new();
+    for (k, &turn) in options.turns.iter().take(views as usize).enumerate() {
+        let about = Rotation3::from_axis_angle(&Vector3::y_axis(), -turn);
+        turns.push(about);
+        let middle = (f64::from(wide) * (k as f64 + 0.5), f64::from(HEADING_PX) + 0.5 * f64::from(high));
+        let corner = |i: usize| {
+            let q = about * (positions[i] - centre);
+            Corner { x: middle.0 + px_per_mm * q.x, y: middle.1 - px_per_mm * q.y, depth: -q.z }
+        };
+        corners.extend(shown.iter().map(|t| t.map(corner)));
+        if options.wireframe {
+            let sides = shown.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).filter(|(a, b)| a < b);
+            lines.extend(sides.map(|(a, b)| Line {
+                ends: [corner(a), corner(b)],
+                width_px: 0.9,
+                colour: INK,
+                opacity: 0.28,
+                lift: 0.8,
+            }));
+        }
+    }
+    let light = Vector3::from(LIGHT).normalize();
+    let shade = |hit: super::raster::Hit| {
+        let t = shown[hit.triangle % shown.len()];
+        let blend = |of: &dyn Fn(usize) -> Vector3<f64>| -> Vector3<f64> {
+            t.iter().zip(hit.weights).map(|(&i, w)| of(i) * w).sum()
+        };
+        let normal =
+            turns[hit.triangle / shown.len()] * blend(&|i| normals[i]).try_normalize(1e-12).unwrap_or_else(Vector3::z);
+        let base = match values {
+            None => CLAY,
+            Some(values) => {
+                let own = t.map(|i| values.get(i).copied().flatten());
+                let value = match own {
+                    [Some(a), Some(b), Some(c)] => Some(a * hit.weights[0] + b * hit.weights[1] + c * hit.weights[2]),
+                    _ => None,
+                };
+                value.map_or(NOT_MEASURED, |v| options.colour_map.of(Some(v), options.range))
+            }
+        };
+        // Seen from behind a surface is darker, not black.
+        let lit = (0.46 + 0.54 * normal.dot(&light).max(0.0)) as f32 * if normal.z < 0.0 { 0.7 } else { 1.0 };
+        colour(base).map(|c| c * lit)
+    };
+    let paper = colour(PAPER);
+    let mut picture = raster.draw(&corners, shade, &lines, |_, _| paper);
+    svg::paint_over(&lettering(options, &raster, legend), &mut picture)?;
+    Ok(picture)
+}
+
+fn lettering(options: &SurfaceOptions, raster: &Raster, legend: u32) -> String {
+    let (width, height) = (raster.width, raster.height);
+    let mut out = format!(
+        r##"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" font-family="{}" font-size="15" fill="#26262c">"##,
+        svg::FONT_FAMILY
+    );
+    // Writing to a string cannot fail.
+    let _ = write!(out, r#"<text x="20" y="36" font-size="21">{}</text>"#, svg::escape(&options.title));
+    if legend > 0 {
+        let [low, high] = options.range;
+        let (left, top) = (f64::from(width - legend) + 16.0, f64::from(HEADING_PX) + 50.0);
+        let length = f64::from(height) - top - 90.0;
+        let hex = |[r, g, b]: [u8; 3]| format!("#{r:02x}{g:02x}{b:02x}");
+        out.push_str(r#"<defs><linearGradient id="bar" x1="0" y1="1" x2="0" y2="0">"#);
+        for i in 0..=32 {
+            let t = f64::from(i) / 32.0;
+            let _ = write!(out, r#"<stop offset="{t}" stop-color="{}"/>"#, hex(options.colour_map.at(t)));
+        }
+        let _ = write!(
+            out,
+            r##"</linearGradient></defs><text x="{left}" y="{:.1}">{}</text><rect x="{left}" y="{top}" width="22" height="{length}" fill="url(#bar)" stroke="#70707a" stroke-width="0.8"/><rect x="{left}" y="{:.1}" width="22" height="16" fill="{}" stroke="#70707a" stroke-width="0.8"/><text x="{:.1}" y="{:.1}" font-size="13">none</text>"##,
+            top - 16.0,
+            svg::escape(&options.quantity),
+            top + length + 18.0,
+            hex(NOT_MEASURED),
+            left + 30.0,
+            top + length + 31.0,
+        );
+        let places = ticks::nice_ticks(low, high, 4);
+        for (tick, label) in places.iter().zip(ticks::labels(&places)) {
+            let y = top + length - (tick - low) / (high - low) * length;
+            let _ = write!(
+                out,
+                r##"<path d="M{:.1} {y:.1}h6" stroke="#26262c"/><text x="{:.1}" y="{:.1}">{label}</text>"##,
+                left + 22.0,
+                left + 33.0,
+                y + 5.0
+            );
+        }
+    }
+    out.push_str("</svg>");
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SQUARE: [[f64; 3]; 4] = [[-50.0, -50.0, 0.0], [50.0, -50.0, 0.0], [50.0, 50.0, 0.0], [-50.0, 50.0, 0.0]];
+
+    #[test]
+    fn a_square_is_seen_whole_from_the_front_and_as_nothing_from_the_side() {
+        let positions = SQUARE.map(Point3::from);
+        let options = SurfaceOptions {
+            turns: vec![0.0, std::f64::consts::FRAC_PI_2],
+            wireframe: false,
+            ..SurfaceOptions::default()
+        };
+        let picture = render(&positions, &[[0, 1, 2], [0, 2, 3]], None, &options).unwrap();
+        let inked = |columns: std::ops::Range<u32>| {
+            columns
+                .flat_map(|x| (0..picture.height()).map(move |y| (x, y)))
+                .filter(|&(x, y)| picture.get_pixel(x, y).0[2] < 240)
+                .count()
+        };
+        // A square of 100 mm, half a diagonal of 50 mm in a view of 420 px: 0.97 · 420 / 100 px/mm.
+        let side = 0.97 * 420.0;
+        let front = inked(0..420) as f64;
+        assert!((front / (side * side) - 1.0).abs() < 0.02, "{front}");
+        assert!(inked(420..840) < 1000);
+    }
+
+    #[test]
+    fn values_colour_and_their_absence_is_grey_and_nonsense_is_left_out() {
+        let positions = SQUARE.map(Point3::from);
+        let options = SurfaceOptions {
+            turns: vec![0.0],
+            wireframe: false,
+            quantity: "mm".to_owned(),
+            ..SurfaceOptions::default()
+        };
+        let values = [Some(1.0), Some(1.0), Some(1.0), None];
+        let picture = render(&positions, &[[0, 1, 2], [0, 2, 3], [0, 1, 9]], Some(&values), &options).unwrap();
+        let [r, g, b] = picture.get_pixel(330, 400).0;
+        assert!(r > 150 && g > 150 && b < 90, "yellow at the upper end: {r} {g} {b}");
+        let [r, g, b] = picture.get_pixel(100, 200).0;
+        assert!(r.abs_diff(g) < 8 && g.abs_diff(b) < 12, "grey: {r} {g} {b}");
+        assert!(render(&[], &[], None, &SurfaceOptions::default()).is_ok());
+    }
+}
