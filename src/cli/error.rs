@@ -84,9 +84,6 @@ pub enum CliError {
     /// People cannot be drawn.
     #[error("the people cannot be made: {0}")]
     People(#[from] PeopleError),
-    /// A chart cannot be painted.
-    #[error("the chart could not be drawn: {0}")]
-    Chart(#[from] SvgError),
     /// The face file is not the one that the project was made with.
     #[error("the face {0}")]
     FaceChanged(FrameStatus),
@@ -100,7 +97,7 @@ pub enum CliError {
     #[error("the face has no preset of muscles named `{0}`; `frontalis face show` lists them")]
     NoPreset(String),
     /// A drawing could not be painted.
-    #[error("the face could not be drawn: {0}")]
+    #[error("the picture could not be drawn: {0}")]
     Drawing(#[from] SvgError),
     /// A format needs a frame.
     #[error(transparent)]

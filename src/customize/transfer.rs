@@ -97,6 +97,13 @@ pub fn propose(
     for allowed in ROUNDS_MM {
         fine(generic, &surface, &held, allowed, &mut laid);
     }
+    let deep = |x: &[Point3<f64>]| {
+        let (low, high) = extent(x);
+        (high.z - low.z) / (high.x - low.x).max(1e-9)
+    };
+    if deep(&laid) < LEAST_DEPTH * deep(generic.mesh().positions()) {
+        return Err(TransferError::NoNose);
+    }
     let covered: Vec<f64> =
         laid.iter().map(|x| surface.closest(x)).filter(|c| !c.on_border).map(|c| c.distance).collect();
     let rms_mm = (covered.iter().map(|d| d * d).sum::<f64>() / covered.len().max(1) as f64).sqrt();
