@@ -9,3 +9,4 @@ mod marking;
 mod pictures;
 mod stage;
 mod table_of_actions;
+mod times;

@@ -23,6 +23,8 @@ pub struct Level {
     pub edges: Vec<[u32; 2]>,
     /// The one or two triangles at each edge; [`NONE`] on the open side.
     pub triangles_of_edge: Vec<[u32; 2]>,
+    /// For each vertex of the mesh the one of `vertices` that stands for it; empty in the finest level.
+    pub stands_for: Vec<u32>,
     /// Mean length of its edges, mm.
     pub spacing_mm: f64,
 }
@@ -39,6 +41,7 @@ impl Levels {
             triangles: mesh.triangles().to_vec(),
             edges: mesh.edges().to_vec(),
             triangles_of_edge: mesh.triangles_of_edge().to_vec(),
+            stands_for: Vec::new(),
             spacing_mm: mesh.mean_edge_length(),
         };
         let mut levels = vec![finest];
@@ -127,7 +130,12 @@ impl Level {
             (positions[vertices[a as usize] as usize] - positions[vertices[b as usize] as usize]).norm()
         };
         let spacing_mm = edges.iter().map(length).sum::<f64>() / edges.len() as f64;
-        Some(Self { vertices, triangles, edges, triangles_of_edge, spacing_mm })
+        let stands_for = if self.stands_for.is_empty() {
+            cell_of
+        } else {
+            self.stands_for.iter().map(|&v| cell_of[v as usize]).collect()
+        };
+        Some(Self { vertices, triangles, edges, triangles_of_edge, stands_for, spacing_mm })
     }
 }
 

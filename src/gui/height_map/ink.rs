@@ -130,18 +130,21 @@ impl Ink {
         self.mesh.indices.extend_from_slice(&corners);
     }
 
+    /// Makes room for so many triangles, so that the mesh grows in one piece.
+    pub fn reserve(&mut self, triangles: usize) {
+        self.mesh.reserve_triangles(triangles);
+        self.mesh.reserve_vertices(triangles);
+    }
+
     /// The mesh drawn.
     pub fn into_mesh(self) -> Mesh {
         self.mesh
     }
 
-    /// A triangle in palette colours; `u` are the texture coordinates of the corners, `light` their brightness.
-    pub fn palette_triangle(&mut self, corners: [Pos2; 3], u: [f32; 3], light: [Color32; 3]) {
-        let first = self.mesh.vertices.len() as u32;
-        for k in 0..3 {
-            self.mesh.vertices.push(Vertex { pos: corners[k], uv: pos2(u[k], 0.25), color: light[k] });
-        }
-        self.mesh.indices.extend_from_slice(&[first, first + 1, first + 2]);
+    /// A vertex in a palette colour for [`Ink::shared_triangle`]; `u` is its texture coordinate, `light` its brightness. Gives its number.
+    pub fn palette_vertex(&mut self, at: Pos2, u: f32, light: Color32) -> u32 {
+        self.mesh.vertices.push(Vertex { pos: at, uv: pos2(u, 0.25), color: light });
+        self.mesh.vertices.len() as u32 - 1
     }
 
     /// A triangle in plain colours.

@@ -4,6 +4,7 @@ pub mod axes;
 pub mod ink;
 pub mod options;
 pub mod palette;
+pub mod parts;
 pub mod picking;
 pub mod profile;
 pub mod quantity;

@@ -8,6 +8,8 @@ use crate::face::Mesh;
 
 /// How near the pointer must come, points.
 pub const REACH: f32 = 22.0;
+/// Of so many nearest vertices the first one that nothing hides is meant.
+const CANDIDATES: usize = 16;
 /// A part must lie this much nearer to the eye to hide a vertex, mm: neighbours in the surface do not hide each other.
 const CLEARANCE_MM: f64 = 0.5;
 
@@ -32,7 +34,7 @@ pub fn pick(
         })
         .collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0));
-    near.into_iter().map(|(_, v)| v).find(|&v| !hidden(v, mesh, surface, projected, values))
+    near.into_iter().take(CANDIDATES).map(|(_, v)| v).find(|&v| !hidden(v, mesh, surface, projected, values))
 }
 
 /// Whether a part of the surface lies between the vertex and the eye.

@@ -70,16 +70,18 @@ pub fn section(
     value_and_error: &dyn Fn(usize) -> Option<(f64, Option<f64>)>,
     line: &Line,
 ) -> Section {
-    let places: Vec<(f64, f64)> = first.iter().map(|x| line.place(x)).collect();
+    // Where nothing is known nothing is asked: of a large face that is most of it.
+    let known: Vec<Option<f64>> = (0..first.len()).map(|v| value_and_error(v).map(|(value, _)| value)).collect();
     let mut pieces = Vec::new();
     for t in mesh.triangles() {
         let t = t.map(|v| v as usize);
-        let Some(side) = corner_values(t, |v| places.get(v).map(|p| p.1)) else { continue };
+        let Some(value) = corner_values(t, |v| known.get(v).copied().flatten()) else { continue };
+        let places = t.map(|v| line.place(&first[v]));
+        let side = places.map(|p| p.1);
         if side.iter().all(|s| *s < 0.0) || side.iter().all(|s| *s >= 0.0) {
             continue;
         }
-        let Some(value) = corner_values(t, |v| value_and_error(v).map(|(value, _)| value)) else { continue };
-        let along = t.map(|v| places[v].0);
+        let along = places.map(|p| p.0);
         let mut ends = Vec::with_capacity(2);
         for (a, b) in [(0, 1), (1, 2), (2, 0)] {
             if (side[a] < 0.0) != (side[b] < 0.0) {
@@ -92,9 +94,11 @@ pub fn section(
         }
     }
     pieces.sort_by(|a, b| a[0][0].total_cmp(&b[0][0]));
-    let mut points: Vec<ProfilePoint> = places
+    let mut points: Vec<ProfilePoint> = known
         .iter()
         .enumerate()
+        .filter(|(_, value)| value.is_some())
+        .map(|(vertex, _)| (vertex, line.place(&first[vertex])))
         .filter(|(_, place)| place.1.abs() <= line.half_band_mm)
         .filter_map(|(vertex, place)| {
             let (value, error) = value_and_error(vertex)?;

@@ -11,6 +11,7 @@ use super::axes::Ground;
 use super::ink::{Ink, Inks};
 use super::options::{ErrorDisplay, MapOptions, noise_floor};
 use super::palette::Palette;
+use super::parts::Parts;
 use super::profile::Line;
 use super::quantity::Layer;
 use super::surface::{Piece, Relief, Surface, at, level_piece, levels_between};
@@ -45,6 +46,8 @@ pub struct Scene<'a> {
     pub arrow_mm_per_unit: f64,
     /// Lines whose cuts through the surface are drawn: those of the profiles.
     pub cuts: &'a [Line],
+    /// What of the mesh is drawn.
+    pub parts: &'a Parts,
     /// The ground; unmeasured skin beyond it is left out.
     pub ground: &'a Ground,
 }
@@ -66,13 +69,16 @@ impl Projected {
     /// Projects every vertex once.
     pub fn new(surface: &Surface, projection: &Projection) -> Self {
         let eye = projection.towards_eye_in_face();
-        let depth = |p: &Point3<f64>| eye.dot(&p.coords);
-        Self {
-            top: surface.top.iter().map(|p| projection.ui_from_face(p)).collect(),
-            base: surface.base.iter().map(|p| projection.ui_from_face(p)).collect(),
-            top_depth: surface.top.iter().map(depth).collect(),
-            base_depth: surface.base.iter().map(depth).collect(),
+        let see = |p: &Point3<f64>| (projection.ui_from_face(p), eye.dot(&p.coords));
+        let (base, base_depth): (Vec<_>, Vec<_>) = surface.base.iter().map(see).unzip();
+        let (mut top, mut top_depth) = (base.clone(), base_depth.clone());
+        // Most of a large face lies flat: its heads are its feet.
+        for (v, (head, foot)) in surface.top.iter().zip(&surface.base).enumerate() {
+            if head.z != foot.z {
+                (top[v], top_depth[v]) = see(head);
+            }
         }
+        Self { top, base, top_depth, base_depth }
     }
 }
 
@@ -98,10 +104,19 @@ impl Scene<'_> {
     /// Paints everything into `ink`.
     pub fn paint(&self, projected: &Projected, ink: &mut Ink) {
         let size = self.marker_size(projected);
+        ink.reserve(2 * (self.parts.triangles.len() + self.parts.coarse.len()));
+        // Corners of coloured triangles are shared: each is lit and coloured once.
+        let s = self.surface;
+        let corner: Vec<u32> = (0..s.top.len())
+            .map(|v| {
+                let Some(value) = self.layer.values.get(v).copied().flatten() else { return NONE };
+                ink.palette_vertex(projected.top[v], self.palette.u(value), self.light(&s.top_normals[v]))
+            })
+            .collect();
         for key in self.sorted_parts(projected) {
             let index = (key & INDEX_MASK) as usize;
             match (key >> INDEX_BITS) & 3 {
-                0 => self.triangle(index, projected, ink),
+                0 => self.triangle(index, &corner, projected, ink),
                 1 => self.edge(index, projected, ink),
                 2 => self.cliff(index, projected, ink),
                 _ => self.vertex(index, size, projected, ink),
@@ -124,25 +139,33 @@ impl Scene<'_> {
             }
         };
         let triangles = self.mesh.triangles();
-        let triangle_depth: Vec<f64> = triangles
-            .iter()
-            .zip(&s.raised)
-            .map(|(t, &raised)| t.iter().map(|&v| depth_of(v, raised)).sum::<f64>() / 3.0)
-            .collect();
-        let mut parts = Vec::with_capacity(triangles.len() * 3);
-        parts.extend(triangle_depth.iter().enumerate().map(|(t, &d)| sort_key(d, Part::Triangle, t)));
+        let mean = |t: &[u32; 3], raised: bool| t.iter().map(|&v| depth_of(v, raised)).sum::<f64>() / 3.0;
+        let mut triangle_depth = vec![f64::NEG_INFINITY; triangles.len()];
+        let mut parts = Vec::with_capacity(self.parts.triangles.len() * 3 + self.parts.coarse.len());
+        for &t in &self.parts.triangles {
+            let t = t as usize;
+            triangle_depth[t] = mean(&triangles[t], s.raised[t]);
+            parts.push(sort_key(triangle_depth[t], Part::Triangle, t));
+        }
+        for (k, t) in self.parts.coarse.iter().enumerate() {
+            parts.push(sort_key(mean(t, false), Part::Triangle, triangles.len() + k));
+        }
         if self.options.wireframe && self.edges_are_long(projected) {
-            for (e, sides) in self.mesh.triangles_of_edge().iter().enumerate() {
+            for &e in &self.parts.edges {
+                let sides = &self.mesh.triangles_of_edge()[e as usize];
                 let nearest = sides.iter().filter(|t| **t != NONE).map(|&t| triangle_depth[t as usize]);
-                parts.push(sort_key(nearest.fold(f64::NEG_INFINITY, f64::max), Part::Edge, e));
+                parts.push(sort_key(nearest.fold(f64::NEG_INFINITY, f64::max), Part::Edge, e as usize));
             }
         }
         for &e in &s.rim {
             let [a, b] = self.mesh.edges()[e as usize];
             parts.push(sort_key(f64::midpoint(depth_of(a, false), depth_of(b, false)), Part::Cliff, e as usize));
         }
+        // Signs that would cover each other are left to the vertices that a hand has marked.
+        let crowded = mean_distance(self.mesh.edges(), &projected.base) < SHORTEST_EDGE;
+        let measured = |v: usize| self.outcome.states.get(v) == Some(&VertexState::Measured);
         for v in 0..self.layer.values.len() {
-            if self.layer.values[v].is_some() {
+            if self.layer.values[v].is_some() && (!crowded || measured(v)) {
                 let nearest = self.mesh.triangles_of_vertex(v).iter().map(|&t| triangle_depth[t as usize]);
                 parts.push(sort_key(nearest.fold(f64::NEG_INFINITY, f64::max), Part::Vertex, v));
             }
@@ -170,11 +193,14 @@ impl Scene<'_> {
         Color32::from_gray((255.0 * (0.70 + 0.30 * lambert.powf(0.8)).min(1.0)) as u8)
     }
 
-    fn triangle(&self, t: usize, projected: &Projected, ink: &mut Ink) {
+    fn triangle(&self, t: usize, corner: &[u32], projected: &Projected, ink: &mut Ink) {
         let s = self.surface;
-        let corners = self.mesh.triangles()[t].map(|v| v as usize);
-        if !s.raised[t] {
-            if !self.on_ground(t as u32) {
+        let fine = self.mesh.triangles().get(t);
+        let Some(corners) = fine.or_else(|| self.parts.coarse.get(t - self.mesh.triangles().len())) else { return };
+        let on_ground = corners.iter().all(|&v| self.ground.holds(&s.base[v as usize]));
+        let corners = corners.map(|v| v as usize);
+        if fine.is_none() || !s.raised[t] {
+            if !on_ground {
                 return;
             }
             let light = corners.map(|v| multiply(self.inks.unmeasured, self.light(&s.base_normals[v])));
@@ -197,11 +223,7 @@ impl Scene<'_> {
             }
         };
         shell(if from_above { -1.0 } else { 1.0 }, ink);
-        ink.palette_triangle(
-            corners.map(|v| projected.top[v]),
-            value.map(|v| self.palette.u(v)),
-            corners.map(|v| self.light(&s.top_normals[v])),
-        );
+        ink.shared_triangle(corners.map(|v| corner[v]));
         let top = corners.map(|v| s.top[v]);
         if let (true, Some(sigma)) = (self.options.below_noise, sigma)
             && value.iter().zip(sigma).all(|(v, s)| v.abs() < NOISE_SIGMAS * s)
@@ -214,12 +236,16 @@ impl Scene<'_> {
             }
         }
         if self.options.contours {
-            for &level in self.contour_levels {
+            let (least, most) = (value[0].min(value[1]).min(value[2]), value[0].max(value[1]).max(value[2]));
+            for &level in self.contour_levels.iter().filter(|l| (least..=most).contains(l)) {
                 self.piece(top, level_piece(value, level), 1.0, self.inks.contour, ink);
             }
         }
         for line in self.cuts {
             let side = top.map(|p| line.place(&p).1);
+            if side.iter().all(|s| *s < 0.0) || side.iter().all(|s| *s > 0.0) {
+                continue;
+            }
             self.piece(top, level_piece(side, 0.0), 3.0, self.inks.canvas.gamma_multiply(0.35), ink);
             self.piece(top, level_piece(side, 0.0), 1.4, self.inks.selected, ink);
         }

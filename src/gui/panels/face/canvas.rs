@@ -117,13 +117,10 @@ fn click(bindings: &Bindings, view: &mut FaceView, commands: &mut Vec<Command>) 
 /// The vertex that the pointer means: the nearest one that faces the eye and that nothing hides.
 fn pick(at: Pos2, open: &OpenFace, projection: &Projection) -> Option<u32> {
     let seen = open.drawing.project(projection);
-    let mut near: Vec<(f32, usize)> = seen
-        .iter()
-        .enumerate()
-        .map(|(v, (q, _))| (q.distance(at), v))
-        .filter(|(d, v)| *d <= REACH && open.drawing.faces_eye(projection, *v))
-        .collect();
+    let mut near: Vec<(f32, usize)> =
+        seen.iter().enumerate().map(|(v, (q, _))| (q.distance(at), v)).filter(|(d, _)| *d <= REACH).collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0));
+    near.retain(|(_, v)| open.drawing.faces_eye(projection, *v));
     let triangles = open.draft.mesh().triangles();
     let hidden = |v: usize| {
         let (place, depth) = seen[v];

@@ -3,6 +3,7 @@
 use egui::{FontId, Painter, Pos2, Rect, Role, Sense, Stroke, Vec2, WidgetInfo, pos2, vec2};
 use nalgebra::Point3;
 
+use super::prepared::Prepared;
 use super::{ForcesView, colour_bar, legend, select, vertex_name};
 use crate::displacement::VertexState;
 use crate::draw::ticks::nice_ticks;
@@ -12,7 +13,7 @@ use crate::gui::height_map::picking::{pick, place};
 use crate::gui::height_map::profile::Line;
 use crate::gui::height_map::range::{range_of, round_down};
 use crate::gui::height_map::scene::{Projected, Scene as MapScene};
-use crate::gui::height_map::{Layer, MapOptions, Relief, Surface};
+use crate::gui::height_map::{Layer, MapOptions, Relief};
 use crate::gui::orbit_view::{self, OrbitView};
 use crate::gui::{Command, Focus, Scene};
 
@@ -38,21 +39,19 @@ pub(super) struct Stage<'a> {
     pub(super) hovered: Option<usize>,
 }
 
-/// Shows the map in the whole of `ui`; `first` are the vertices from the eyes, mm, `cuts` the lines of the profiles.
-#[expect(clippy::too_many_arguments, reason = "what a panel may read, its own view, and the commands")]
+/// Shows the map in the whole of `ui`; `cuts` are the lines of the profiles.
 pub(super) fn show(
     ui: &mut egui::Ui,
     scene: Scene<'_>,
     view: &mut ForcesView,
-    layer: &Layer,
-    first: &[Point3<f64>],
+    prepared: &mut Prepared,
     cuts: &[Line],
     focus: &mut Focus,
     commands: &mut Vec<Command>,
 ) {
     let canvas = ui.available_rect_before_wrap();
     let response = ui.allocate_rect(canvas, Sense::click_and_drag());
-    let inks = Inks::new(ui.visuals(), layer.signed);
+    let inks = Inks::new(ui.visuals(), prepared.layer.signed);
     ui.painter().rect_filled(canvas, 0.0, inks.canvas);
     let room = Rect::from_min_max(canvas.min + vec2(MARGINS[0], MARGINS[1]), canvas.max - vec2(MARGINS[2], MARGINS[3]));
     if room.width() < 40.0 || room.height() < 40.0 {
@@ -60,24 +59,29 @@ pub(super) fn show(
     }
     let mesh = scene.face.mesh();
     let options = view.options;
-    let without_border = without_border(scene, layer, options.border);
-    let layer = without_border.as_ref().unwrap_or(layer);
     // The range "in view" needs the projection, which needs the heights; so the heights follow the range of all data.
-    let of_all = range_of(options.range.without_view(), layer, &|_| true);
+    let of_all = range_of(options.range.without_view(), &prepared.layer, &|_| true);
     let mm_per_unit = options.exaggeration.mm_per_unit(of_all);
-    let surface = Surface::new(mesh, first, &layer.values, mm_per_unit, options.relief);
+    let mut raised = prepared.raise(scene, &options, mm_per_unit, |layer| without_border(scene, layer, options.border));
+    // How large it will be is known before what is drawn at that size is chosen.
+    let points_per_mm = view.shown.map_or(1.0, |s| s.projection.points_per_mm);
+    prepared.choose(scene, &mut raised, points_per_mm);
+    let surface = &raised.surface;
+    let layer = raised.layer.as_ref().unwrap_or(&prepared.layer);
     let most_mm = HIGHEST * mm_per_unit * of_all.high.abs().max(of_all.low.abs());
     let shown = shown_vertices(layer, options.fit_known);
     let ground = Ground::under(shown.iter().map(|&v| &surface.base[v]), options.relief == Relief::Plane);
     let corners = ground.corners();
+    // Fitted in every gesture: of many points only those that can lie on the outline.
+    let outline: Vec<Point3<f64>> = outermost(surface.extent(shown.iter().copied(), most_mm));
     let fit = |orbit: &OrbitView| {
         let corners = corners.iter().copied().filter(|_| options.axes);
-        orbit.project_into(room, surface.extent(shown.iter().copied(), most_mm).chain(corners))
+        orbit.project_into(room, outline.iter().copied().chain(corners))
     };
     view.orbit.steer(ui, &response, OrbitView::default(), &fit);
     let projection = fit(&view.orbit);
-    let projected = Projected::new(&surface, &projection);
-    let pick_at = |at: Pos2| pick(at, mesh, &surface, &projected, &layer.values);
+    let projected = Projected::new(surface, &projection);
+    let pick_at = |at: Pos2| pick(at, mesh, surface, &projected, &layer.values);
     let pointed = point(ui, &response, &pick_at, focus, commands);
     view.canvas_focused = orbit_view::keep_focus(ui, &response);
 
@@ -97,7 +101,8 @@ pub(super) fn show(
         mesh,
         outcome: scene.outcome,
         layer,
-        surface: &surface,
+        surface,
+        parts: &raised.parts,
         projection: &projection,
         palette: &palette,
         inks: &inks,
@@ -136,10 +141,39 @@ pub(super) fn show(
     if let Some(v) = pointed {
         tooltip(&painter, &stage, v);
     }
+    prepared.keep(raised);
     if response.has_focus() {
         let line = Stroke::new(1.0, ui.visuals().hyperlink_color.gamma_multiply(0.6));
         painter.rect_stroke(canvas.shrink(1.0), 0.0, line, egui::StrokeKind::Inside);
     }
+}
+
+/// The points that lie farthest in one of many directions; all of them where they are few.
+fn outermost(points: impl Iterator<Item = Point3<f64>>) -> Vec<Point3<f64>> {
+    const FEW: usize = 8000;
+    /// Points along each direction of a sphere walked round in a spiral.
+    const DIRECTIONS: usize = 64;
+    let all: Vec<Point3<f64>> = points.collect();
+    if all.len() <= FEW {
+        return all;
+    }
+    // The golden angle spreads directions evenly.
+    let direction = |k: usize| {
+        let z = 1.0 - (2.0 * k as f64 + 1.0) / DIRECTIONS as f64;
+        let (sin, cos) = (k as f64 * 2.399_963_229_728_653).sin_cos();
+        nalgebra::Vector3::new(cos * (1.0 - z * z).sqrt(), sin * (1.0 - z * z).sqrt(), z)
+    };
+    let mut farthest = vec![(f64::NEG_INFINITY, Point3::origin()); DIRECTIONS];
+    let directions: Vec<_> = (0..DIRECTIONS).map(direction).collect();
+    for p in all.iter().step_by(all.len() / FEW + 1) {
+        for (best, d) in farthest.iter_mut().zip(&directions) {
+            let along = d.dot(&p.coords);
+            if along > best.0 {
+                *best = (along, *p);
+            }
+        }
+    }
+    farthest.into_iter().map(|(_, p)| p).collect()
 }
 
 fn shown_vertices(layer: &Layer, known_only: bool) -> Vec<usize> {

@@ -5,18 +5,21 @@ mod card;
 mod chart;
 mod colour_bar;
 mod legend;
+mod prepared;
 mod profiles;
 mod summary;
 mod table;
 mod toolbar;
 
 use crate::gui::action::{Action, Direction as Way};
+use crate::gui::height_map::profile::Section;
 use crate::gui::height_map::{ColourRange, Layer, MapOptions, RangeMode};
 use crate::gui::orbit_view::{OrbitView, Projection, StandardView};
 use crate::gui::panels::in_fixed_width;
 use crate::gui::{Command, Focus, Scene};
 use crate::project::PointId;
 
+use prepared::Prepared;
 pub use table::{Column, Sorting};
 
 /// What the workspace of the forces remembers about showing.
@@ -36,6 +39,9 @@ pub struct ForcesView {
     canvas_focused: bool,
     /// What the last frame showed, for keys that act between frames.
     shown: Option<Shown>,
+    prepared: Option<Prepared>,
+    /// The profiles, with what they were cut from.
+    cuts: Option<(profiles::CutFrom, [Section; 2])>,
 }
 
 /// What one frame has shown.
@@ -142,31 +148,30 @@ pub fn show(
     if view.options.muscle.is_none_or(|m| m >= scene.face.muscles().len()) {
         view.options.muscle = (!scene.face.muscles().is_empty()).then_some(0);
     }
-    let o = &view.options;
-    let layer = Layer::new(scene.outcome, scene.face, o.quantity, o.direction, o.muscle);
+    let mut prepared = Prepared::of(scene, &view.options, view.prepared.take());
     let selected = selected_vertex(scene, focus);
-    // The chain measures from the optical axis, people from the eyes.
-    let first = &scene.outcome.first_from_eyes(scene.face)[..];
-    egui::Panel::top("forces toolbar").show(ui, |ui| toolbar::show(ui, scene, view, &layer));
+    let (layer, first) = (&prepared.layer, &prepared.first[..]);
+    egui::Panel::top("forces toolbar").show(ui, |ui| toolbar::show(ui, scene, view, layer));
     // Of a width that no content changes: the map beside it must not move under the pointer.
     egui::Panel::right("forces side").exact_size(282.0).show(ui, |ui| {
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             // The card comes and goes with the pointer; below the summary it moves no link.
             in_fixed_width(ui, |ui| {
                 summary::show(ui, scene, first, focus, commands);
-                card::show(ui, scene, &layer, first, focus.hovered().map(|v| v as usize).or(selected));
+                card::show(ui, scene, layer, first, focus.hovered().map(|v| v as usize).or(selected));
             });
         });
     });
     egui::Panel::bottom("forces charts").resizable(true).default_size(216.0).min_size(120.0).show(ui, |ui| match view
         .tab
     {
-        Tab::Profiles => profiles::show(ui, scene, view, &layer, first, selected, focus, commands),
+        Tab::Profiles => profiles::show(ui, scene, view, layer, first, selected, focus, commands),
         Tab::Table => table::show(ui, scene, view, first, selected, focus, commands),
     });
     let cuts = profiles::lines(scene, view, first, selected).filter(|_| view.tab == Tab::Profiles);
     let cuts = cuts.map_or_else(Vec::new, |(_, lines)| lines.to_vec());
     egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
-        canvas::show(ui, scene, view, &layer, first, &cuts, focus, commands);
+        canvas::show(ui, scene, view, &mut prepared, &cuts, focus, commands);
     });
+    view.prepared = Some(prepared);
 }

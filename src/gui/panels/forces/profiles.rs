@@ -5,12 +5,20 @@ use nalgebra::Point3;
 
 use super::chart::{self, Chart};
 use super::{ForcesView, select};
-use crate::gui::height_map::Layer;
 use crate::gui::height_map::ink::Inks;
 use crate::gui::height_map::profile::{Line, ProfilePoint, Section, section};
 use crate::gui::height_map::quantity::muscle_name;
 use crate::gui::height_map::range::{range_of, round_up};
-use crate::gui::{Command, Focus, Scene};
+use crate::gui::height_map::{Direction, Layer, Quantity};
+use crate::gui::{Command, Focus, Scene, Stamp};
+
+/// What two profiles were cut from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct CutFrom {
+    stamp: Stamp,
+    shown: (Quantity, Direction, Option<usize>),
+    lines: [Line; 2],
+}
 
 /// Shows both charts side by side; `first` are the vertices from the eyes, mm.
 #[expect(clippy::too_many_arguments, reason = "what a panel may read, its own view, and the commands")]
@@ -49,7 +57,13 @@ pub(super) fn show(
     };
     let lateral_title = format!("Lateral, y = {:.0} mm", at.y).replace('-', "−");
     let cut = |line: &Line| section(scene.face.mesh(), first, &|v| layer.value_and_error(v), line);
-    let sections = [cut(&upper), cut(&lateral)];
+    let o = &view.options;
+    let from = CutFrom { stamp: scene.stamp, shown: (o.quantity, o.direction, o.muscle), lines: [upper, lateral] };
+    let cuts = match view.cuts.take() {
+        Some(cuts) if cuts.0 == from => cuts,
+        _ => (from, [cut(&upper), cut(&lateral)]),
+    };
+    let sections = &cuts.1;
     let titles = [(upper_title, upper_axis), (lateral_title, "x, mm")];
 
     let rect = ui.available_rect_before_wrap();
@@ -60,7 +74,7 @@ pub(super) fn show(
     painter.rect_filled(rect, 4.0, inks.canvas);
     let range = range_of(view.options.range.without_view(), layer, &|_| true);
     let palette = view.options.palette(layer, range);
-    let values = limits(&sections, layer.signed);
+    let values = limits(sections, layer.signed);
     let up = layer.axis_title();
     let lit = [selected, focus.hovered().map(|v| v as usize)];
     let half = (rect.width() / 2.0).floor();
@@ -74,6 +88,7 @@ pub(super) fn show(
             }
         }
     }
+    view.cuts = Some(cuts);
     let words = format!("Profiles, {} and {}", titles[0].0, titles[1].0);
     response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, &words));
 }

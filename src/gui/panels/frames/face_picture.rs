@@ -1,8 +1,9 @@
 //! A small shaded picture of the generic face that shows where a point lies.
 
-use egui::{Color32, Mesh, Pos2, Rect, Sense, Stroke, Vec2};
+use egui::{Color32, Pos2, Sense, Stroke, Vec2};
 
-use crate::face::mesh::doubled_area_vector;
+use crate::gui::face_drawing::{FaceDrawing, Look};
+use crate::gui::orbit_view::OrbitView;
 use crate::gui::theme::{self, on_picture};
 use crate::gui::{Focus, Scene};
 
@@ -12,6 +13,7 @@ pub fn show(
     ui: &mut egui::Ui,
     size: Vec2,
     scene: Scene<'_>,
+    drawing: &FaceDrawing,
     chosen: &[u32],
     current: Option<u32>,
     pulses: bool,
@@ -27,35 +29,41 @@ pub fn show(
     let p = theme::palette(ui.visuals());
     let painter = ui.painter().with_clip_rect(rect);
     painter.rect_filled(rect, 6.0, p.card);
-    let places = project(scene, rect.shrink(10.0));
-    painter.add(shaded(scene, &places, ui.visuals().dark_mode));
+    let front = OrbitView { azimuth: 0.0, elevation: 0.0, target: None, points_per_mm: None };
+    let projection = front.project_into(rect.shrink(10.0), drawing.corners().into_iter());
+    let tones = if ui.visuals().dark_mode { [62.0, 158.0] } else { [138.0, 226.0] };
+    let look = Look { shaded: true, wire: None, rim: Color32::TRANSPARENT, tones };
+    painter.add(egui::Shape::mesh(drawing.draw(&projection, &look, ui.ctx().pixels_per_point())));
+    let vertices = scene.face.mesh().len();
+    let place = |v: u32| ((v as usize) < vertices).then(|| drawing.place(&projection, v as usize).0);
 
     let dot = if ui.visuals().dark_mode { Color32::from_gray(235) } else { Color32::from_gray(40) };
     if features {
         for &v in chosen {
             let marked = scene.project.features.get(&v).is_some_and(|f| f.last.is_some());
-            small_dot(&painter, places.get(v as usize).copied(), marked, dot, p.accent);
+            small_dot(&painter, place(v), marked, dot, p.accent);
         }
     } else {
         for l in scene.face.landmarks() {
             let marked = scene.project.landmarks.contains_key(&l.id);
-            small_dot(&painter, places.get(l.vertex as usize).copied(), marked, dot, p.accent);
+            small_dot(&painter, place(l.vertex), marked, dot, p.accent);
         }
     }
     if let Some(at) = response.hover_pos()
-        && let Some((v, _)) = places
+        && let Some((v, _)) = drawing
+            .project(&projection)
             .iter()
             .enumerate()
-            .map(|(v, q)| (v, q.distance(at)))
+            .map(|(v, (q, _))| (v, q.distance(at)))
             .filter(|(_, d)| *d < 6.0)
             .min_by(|a, b| a.1.total_cmp(&b.1))
     {
         focus.hover(v as u32);
     }
-    if let Some(&at) = focus.hovered().and_then(|v| places.get(v as usize)) {
+    if let Some(at) = focus.hovered().and_then(place) {
         painter.circle_stroke(at, 4.0, Stroke::new(1.5, dot));
     }
-    if let Some(&at) = current.and_then(|v| places.get(v as usize)) {
+    if let Some(at) = current.and_then(place) {
         // A style without animations shows it still.
         let pulses = pulses && ui.style().animation_time > 0.0;
         let phase = if pulses { (ui.input(|i| i.time) * 2.6).sin() as f32 * 0.5 + 0.5 } else { 0.3 };
@@ -75,34 +83,4 @@ fn small_dot(painter: &egui::Painter, at: Option<Pos2>, marked: bool, open: Colo
     } else {
         painter.circle_stroke(at, 1.8, Stroke::new(1.0, open.gamma_multiply(0.6)));
     }
-}
-
-/// The vertices from the front, fitted into `rect`.
-fn project(scene: Scene<'_>, rect: Rect) -> Vec<Pos2> {
-    let positions = scene.face.mesh().positions();
-    let bounds =
-        positions.iter().fold(Rect::NOTHING, |r, p| r.union(Rect::from_pos(Pos2::new(p.x as f32, -p.y as f32))));
-    let scale = (rect.width() / bounds.width().max(1e-3)).min(rect.height() / bounds.height().max(1e-3));
-    positions.iter().map(|p| rect.center() + (Pos2::new(p.x as f32, -p.y as f32) - bounds.center()) * scale).collect()
-}
-
-/// The triangles with a light from above the camera, smooth over the vertices.
-fn shaded(scene: Scene<'_>, places: &[Pos2], dark: bool) -> Mesh {
-    let mesh = scene.face.mesh();
-    let light = nalgebra::Vector3::new(-0.35, 0.5, 0.8).normalize();
-    let (low, high) = if dark { (62.0, 158.0) } else { (138.0, 226.0) };
-    let mut picture = Mesh::default();
-    for (normal, &at) in mesh.vertex_normals(mesh.positions()).iter().zip(places) {
-        let bright = (normal.dot(&light).max(0.0) * (high - low) + low) as f32;
-        let tone = |factor: f32| (bright * factor).clamp(0.0, 255.0) as u8;
-        picture.colored_vertex(at, Color32::from_rgb(tone(1.0), tone(0.94), tone(0.90)));
-    }
-    let mut order: Vec<[u32; 3]> = mesh.triangles().to_vec();
-    let depth = |t: &[u32; 3]| t.iter().map(|&v| mesh.positions()[v as usize].z).sum::<f64>();
-    order.retain(|&t| doubled_area_vector(mesh.positions(), t).z > 0.0);
-    order.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
-    for [a, b, c] in order {
-        picture.add_triangle(a, b, c);
-    }
-    picture
 }

@@ -5,6 +5,7 @@ use egui::{ProgressBar, RichText, Vec2};
 use super::points::{self, STILL_REGION};
 use super::{FramesView, Tool, face_picture, marks};
 use crate::gui::action_state::ActionState;
+use crate::gui::face_drawing::FaceDrawing;
 use crate::gui::{Action, Command, Focus, Scene, theme};
 use crate::project::{PointId, Role};
 
@@ -25,9 +26,11 @@ pub fn next_to_mark(scene: Scene<'_>, chosen: &[u32], after: Option<u32>) -> Opt
 }
 
 /// Shows the guide.
+#[expect(clippy::too_many_arguments, reason = "what a panel may read, its own view, and the commands")]
 pub fn show(
     ui: &mut egui::Ui,
     scene: Scene<'_>,
+    drawing: &FaceDrawing,
     chosen: &[u32],
     view: &mut FramesView,
     focus: &mut Focus,
@@ -50,6 +53,7 @@ pub fn show(
         ui,
         Vec2::new(side, side * 0.98),
         scene,
+        drawing,
         chosen,
         current,
         pulses,

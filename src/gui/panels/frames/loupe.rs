@@ -8,6 +8,7 @@ use nalgebra::Point2;
 use super::image_view::Transform;
 use super::wireframe::{self, WireframeStyle};
 use crate::face::FaceModel;
+use crate::gui::face_drawing::levels::Levels;
 use crate::gui::texture::Tiles;
 use crate::gui::theme::on_picture;
 
@@ -35,6 +36,10 @@ pub struct Loupe<'a> {
     pub tiles: &'a Tiles,
     /// The face of the wireframe.
     pub face: &'a FaceModel,
+    /// Its levels of detail.
+    pub levels: &'a Levels,
+    /// Pixels of the picture a millimetre.
+    pub px_per_mm: f64,
     /// Its vertices, px.
     pub in_image: &'a [Point2<f64>],
     /// The vertices between which edges are drawn.
@@ -55,7 +60,17 @@ pub fn paint(painter: &Painter, pane: Rect, beside: Pos2, style: LoupeStyle, lou
     let inside = painter.with_clip_rect(rect.intersect(painter.clip_rect()));
     inside.rect_filled(rect, 0.0, Color32::BLACK);
     loupe.tiles.paint(&inside, |p| transform.ui_from_image(p));
-    wireframe::paint(&inside, loupe.face, loupe.in_image, loupe.only, loupe.wireframe, |p| transform.ui_from_image(p));
+    let points_per_mm = loupe.px_per_mm * zoom;
+    wireframe::paint(
+        &inside,
+        loupe.face,
+        loupe.levels,
+        loupe.in_image,
+        loupe.only,
+        loupe.wireframe,
+        points_per_mm,
+        |p| transform.ui_from_image(p),
+    );
     cross(&inside, rect, Stroke::new(3.0, on_picture::HALO));
     cross(&inside, rect, Stroke::new(1.0, loupe.colour));
     painter.rect_stroke(rect, 4.0, Stroke::new(3.0, on_picture::HALO), StrokeKind::Outside);

@@ -1,11 +1,13 @@
 //! The workspace of the two frames: the panes side by side, the tools above, the table below, the guide beside.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use egui::{Pos2, Rect, Vec2};
 
 use crate::frames::Adjustment;
 use crate::gui::action_state::ActionState;
+use crate::gui::face_drawing::FaceDrawing;
 use crate::gui::pictures::Pictures;
 use crate::gui::{Command, Focus, Scene};
 use crate::project::Which;
@@ -135,6 +137,8 @@ pub struct FramesView {
     pub table_shown: bool,
     /// What is being typed into the settings.
     pub settings: settings::SettingsView,
+    /// The face ready for drawing, with the stamp of the face that it was made of.
+    drawing: Option<(u64, Arc<FaceDrawing>)>,
 }
 
 impl Default for FramesView {
@@ -157,11 +161,24 @@ impl Default for FramesView {
             table: TableView::default(),
             table_shown: true,
             settings: settings::SettingsView::default(),
+            drawing: None,
         }
     }
 }
 
 impl FramesView {
+    /// The face ready for drawing: made once a face.
+    fn drawing(&mut self, scene: Scene<'_>) -> Arc<FaceDrawing> {
+        match &self.drawing {
+            Some((stamp, drawing)) if *stamp == scene.stamp.face => Arc::clone(drawing),
+            _ => {
+                let drawing = Arc::new(FaceDrawing::new(scene.face.mesh()));
+                self.drawing = Some((scene.stamp.face, Arc::clone(&drawing)));
+                drawing
+            }
+        }
+    }
+
     /// Zooms a pane at a place of the screen, and the other at the place across when they are linked.
     pub fn zoom(&mut self, which: Which, factor: f64, at: Pos2) {
         let offset = at - self.panes[which as usize].rect.center();
@@ -223,11 +240,12 @@ pub fn show(
     commands: &mut Vec<Command>,
 ) {
     let chosen = points::chosen_vertices(scene, &view.regions);
+    let drawing = view.drawing(scene);
     // Of a width that no content changes: the panes beside it must not move under the pointer.
     egui::Panel::right("side").exact_size(SIDE_WIDTH).show(ui, |ui| {
         side_tabs(ui, view);
         egui::ScrollArea::vertical().id_salt(view.side as usize).auto_shrink(false).show(ui, |ui| match view.side {
-            SideTab::Guide => guide::show(ui, scene, &chosen, view, focus, state, commands),
+            SideTab::Guide => guide::show(ui, scene, &drawing, &chosen, view, focus, state, commands),
             SideTab::Results => results::show(ui, scene, focus, commands),
             SideTab::Settings => settings::show(ui, scene, view, commands),
             SideTab::History => history::show(ui, history, commands),
@@ -247,7 +265,7 @@ pub fn show(
         let half = Vec2::new((whole.width() - 2.0) / 2.0, whole.height());
         let places = [Rect::from_min_size(whole.min, half), Rect::from_min_size(whole.max - half, half)];
         for (which, rect) in order.into_iter().zip(places) {
-            pane::show(ui, rect, scene, which, pictures.get(which), &chosen, state, view, focus, commands);
+            pane::show(ui, rect, scene, &drawing, which, pictures.get(which), &chosen, state, view, focus, commands);
         }
     });
 }

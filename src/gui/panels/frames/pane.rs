@@ -12,6 +12,7 @@ use super::{FramesView, Tool, marks, pane_message, wireframe};
 use crate::camera::Scale;
 use crate::gui::action::Menu;
 use crate::gui::action_state::ActionState;
+use crate::gui::face_drawing::FaceDrawing;
 use crate::gui::panels::menu;
 use crate::gui::pictures::Picture;
 use crate::gui::theme::{self, on_picture};
@@ -28,6 +29,8 @@ const OVERLAP: f32 = 4.0;
 pub struct Pane<'a> {
     /// What may be read.
     pub scene: Scene<'a>,
+    /// The face ready for drawing.
+    pub drawing: &'a FaceDrawing,
     /// Which frame it shows.
     pub which: Which,
     /// Its picture.
@@ -74,6 +77,7 @@ pub fn show(
     ui: &mut egui::Ui,
     rect: Rect,
     scene: Scene<'_>,
+    drawing: &FaceDrawing,
     which: Which,
     picture: &Picture,
     chosen: &[u32],
@@ -104,6 +108,7 @@ pub fn show(
 
     let mut pane = Pane {
         scene,
+        drawing,
         which,
         picture,
         rect,
@@ -197,7 +202,9 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
     let vertices = if pane.which == Which::First { &outcome.first_in_image } else { &outcome.last_in_image };
     // Without landmarks the wireframe lies anywhere but on the face.
     if view.show_marks && pane.scene.project.landmarks.len() >= points::LANDMARKS_TO_PREDICT {
-        wireframe::paint(painter, pane.scene.face, vertices, only, &view.wireframe, |p| t.ui_from_image(p));
+        let (face, levels) = (pane.scene.face, pane.drawing.levels());
+        let points_per_mm = outcome.camera.px_per_mm * t.zoom;
+        wireframe::paint(painter, face, levels, vertices, only, &view.wireframe, points_per_mm, |p| t.ui_from_image(p));
     }
     if pane.which == Which::First {
         paint_scale(painter, pane, view);
@@ -270,7 +277,7 @@ fn selected_besides(pane: &Pane<'_>, tool: Tool, focus: &Focus) -> Option<ShownP
 
 /// How far neighbouring vertices lie apart on the screen, ui points.
 fn spacing(pane: &Pane<'_>) -> f32 {
-    let px = pane.scene.outcome.camera.px_per_mm * pane.scene.face.mesh().mean_edge_length();
+    let px = pane.scene.outcome.camera.px_per_mm * pane.drawing.levels().finest().spacing_mm;
     (px * pane.transform.zoom) as f32
 }
 
@@ -319,6 +326,8 @@ fn paint_loupe(
     let shown = Loupe {
         tiles: pane.picture.tiles(),
         face: pane.scene.face,
+        levels: pane.drawing.levels(),
+        px_per_mm: outcome.camera.px_per_mm,
         in_image,
         only,
         wireframe: &view.wireframe,
