@@ -118,21 +118,24 @@ impl Bindings {
         self
     }
 
-    /// The landmarks and muscles of `all` that these lack, added unbound: a face read from a file can then be completed.
+    /// The same in the order of `all`, with what these lack of it added unbound: a face read from a file can then be completed.
     #[must_use]
-    pub fn completed_by(mut self, all: &Self) -> Self {
+    pub fn completed_by(self, all: &Self) -> Self {
         let blank = all.clone().unbound("");
+        let Self { name, landmarks: mut own_landmarks, muscles: mut own_muscles, muscle_presets, regions } = self;
+        let mut landmarks = Vec::with_capacity(blank.landmarks.len());
         for l in blank.landmarks {
-            if !self.landmarks.iter().any(|own| own.landmark.id == l.landmark.id) {
-                self.landmarks.push(l);
-            }
+            let own = own_landmarks.iter().position(|own| own.landmark.id == l.landmark.id);
+            landmarks.push(own.map_or(l, |i| own_landmarks.remove(i)));
         }
+        let mut muscles = Vec::with_capacity(blank.muscles.len());
         for m in blank.muscles {
-            if !self.muscles.iter().any(|own| own.muscle.id == m.muscle.id) {
-                self.muscles.push(m);
-            }
+            let own = own_muscles.iter().position(|own| own.muscle.id == m.muscle.id);
+            muscles.push(own.map_or(m, |i| own_muscles.remove(i)));
         }
-        self
+        landmarks.extend(own_landmarks);
+        muscles.extend(own_muscles);
+        Self { name, landmarks, muscles, muscle_presets, regions }
     }
 
     /// The vertex that something is bound to.
@@ -306,6 +309,19 @@ impl FaceDraft {
             *place = vertex;
         }
         Ok(())
+    }
+
+    /// Takes what was proposed: `face` is this mesh, maybe moved to its place in face space, with other bindings. Undo takes the bindings
+    /// back; where the mesh lies means nothing to them.
+    ///
+    /// # Errors
+    /// A face of another mesh.
+    pub fn take_proposal(&mut self, face: &FaceModel, standard: &Bindings) -> Result<(), String> {
+        if face.mesh().triangles() != self.mesh.triangles() {
+            return Err("the proposal was made for another mesh".to_owned());
+        }
+        (self.mesh, self.mirror) = (Arc::new(face.mesh().clone()), Arc::new(face.mirror().to_vec()));
+        self.apply(&DraftEdit::Propose(Bindings::of(face).completed_by(standard)))
     }
 
     /// Takes back the last step; false at the beginning.

@@ -45,6 +45,8 @@ pub enum Action {
     OpenMesh,
     /// Open a face model.
     OpenFace,
+    /// Propose the landmarks and muscles of the generic face on this mesh.
+    TransferFace,
     /// Save the face model.
     SaveFace,
     /// Save the face model under another name.

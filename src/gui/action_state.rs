@@ -111,7 +111,7 @@ impl ActionState {
         match action {
             Action::Undo => self.undo.is_some(),
             Action::Redo => self.redo.is_some(),
-            Action::SaveFace | Action::SaveFaceAs | Action::UseFace => self.face,
+            Action::SaveFace | Action::SaveFaceAs | Action::UseFace | Action::TransferFace => self.face,
             Action::ClearMark if self.switches.workspace == Workspace::Face => self.slot,
             Action::Export => self.results,
             Action::ClearLast => self.last_marks,

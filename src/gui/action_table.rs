@@ -201,6 +201,13 @@ pub const TABLE: &[Spec] = &[
         &[],
         "Make a face model of a mesh of another program: OBJ, PLY or CANDIDE's WFM.",
     ),
+    row(
+        A::TransferFace,
+        M::Face,
+        "Transfer from the generic face",
+        &[],
+        "Propose landmarks, muscles and regions on this mesh, to be corrected by hand. What is bound already is held.",
+    ),
     row(A::OpenFace, M::Face, "Open face model…", &[], "Open a face model file, to look at it or to change it."),
     group(row(
         A::SaveFace,

@@ -14,6 +14,7 @@ use super::jobs::{About, Finished};
 use super::modal::Modal;
 use super::pictures::file_name;
 use super::view_state::NoticeKind;
+use crate::customize::transfer;
 use crate::face::check::{self, Report};
 use crate::face::draft::{Bindings, DraftEdit, FaceDraft};
 use crate::face::import::{self, ImportOptions, Keep};
@@ -46,6 +47,8 @@ pub struct OpenFace {
     pub path: Option<PathBuf>,
     /// What the import of the mesh changed or guessed.
     pub notes: Vec<String>,
+    /// What is to be said of a transfer from the generic face.
+    pub proposed: Vec<String>,
     /// What the check of it says, with the revision that was checked.
     pub report: Option<(u64, Report)>,
 }
@@ -82,7 +85,7 @@ impl FaceWork {
 
     fn take(&mut self, FaceRead { draft, drawing, path, notes }: FaceRead) {
         self.number += 1;
-        self.open = Some(OpenFace { draft, drawing, path, notes, report: None });
+        self.open = Some(OpenFace { draft, drawing, path, notes, proposed: Vec::new(), report: None });
     }
 }
 
@@ -120,7 +123,77 @@ pub fn read(path: &Path, keep: Keep) -> Result<FaceRead, String> {
     Ok(FaceRead::new(&face, None, notes))
 }
 
+/// What the transfer from the generic face proposes.
+pub struct FaceProposal {
+    face: FaceModel,
+    drawing: FaceDrawing,
+    notes: Vec<String>,
+}
+
+impl std::fmt::Debug for FaceProposal {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("FaceProposal").field("notes", &self.notes).finish_non_exhaustive()
+    }
+}
+
+/// A landmark proposed with less confidence is named as one to look at.
+const DOUBTFUL: f64 = 0.5;
+
+/// Lays the generic face on the draft's mesh; landmarks that are bound already are held where they are.
+fn proposal(draft: &FaceDraft) -> Result<FaceProposal, String> {
+    let generic = face::generic();
+    let bindings = draft.bindings();
+    let known: Vec<(String, u32)> =
+        bindings.landmarks.iter().filter_map(|l| Some((l.landmark.id.clone(), l.vertex?))).collect();
+    let found = transfer::propose(&generic, draft.mesh(), &bindings.name, &known).map_err(|e| e.to_string())?;
+    let name = |id: &str| generic.landmark(id).map_or_else(|| id.to_owned(), |l| l.name.clone());
+    let mut notes =
+        vec![format!("The generic face lies within {:.1} mm (root mean square) of this mesh.", found.rms_mm)];
+    let list = |of: &dyn Fn(&transfer::Proposed) -> bool| -> Vec<String> {
+        found.landmarks.iter().filter(|l| of(l)).map(|l| name(&l.id)).collect()
+    };
+    let doubtful = list(&|l| l.vertex.is_some() && l.confidence < DOUBTFUL);
+    if !doubtful.is_empty() {
+        notes.push(format!("Look at these, which are in doubt: {}.", doubtful.join(", ")));
+    }
+    let missing = list(&|l| l.vertex.is_none());
+    if !missing.is_empty() {
+        notes.push(format!("The mesh does not reach these: {}.", missing.join(", ")));
+    }
+    if !found.muscles_left_out.is_empty() {
+        notes.push(format!("These muscles have no place on it: {}.", found.muscles_left_out.join(", ")));
+    }
+    Ok(FaceProposal { drawing: FaceDrawing::new(found.face.mesh()), face: found.face, notes })
+}
+
 impl App {
+    fn propose_face(&mut self, ctx: &egui::Context) {
+        let Some(open) = &self.face_work.open else { return };
+        let (number, draft) = (self.face_work.number, open.draft.clone());
+        self.jobs.start(ctx, "Laying the generic face on the mesh", About::Person, move |_| {
+            Some(Finished::Proposed(number, Box::new(proposal(&draft))))
+        });
+    }
+
+    pub(super) fn face_proposed(&mut self, number: u64, proposed: Result<FaceProposal, String>, ctx: &egui::Context) {
+        let Some(open) = self.face_work.open.as_mut().filter(|_| self.face_work.number == number) else { return };
+        let taken = proposed.and_then(|FaceProposal { face, drawing, notes }| {
+            open.draft.take_proposal(&face, &Bindings::of(&face::generic()))?;
+            (open.drawing, open.proposed) = (drawing, notes);
+            Ok(())
+        });
+        match taken {
+            Ok(()) => {
+                let [landmarks, muscles] = open.draft.bindings().bound();
+                let text = format!(
+                    "{landmarks} landmarks and {muscles} muscles are proposed; look at each, undo takes them back."
+                );
+                self.tell(NoticeKind::Done, text, ctx);
+            }
+            Err(why) => self.fail("Nothing can be proposed", why),
+        }
+    }
+
     /// What an action means while the workspace of the face is shown; false when it means nothing special there.
     pub(super) fn act_on_face(&mut self, action: Action, ctx: &egui::Context) -> bool {
         let view = &mut self.view.face;
@@ -148,6 +221,7 @@ impl App {
             Action::OpenFace => self.unless_face_unsaved(After::AskFace, ctx),
             Action::SaveFace => self.save_face(None, ctx),
             Action::SaveFaceAs => self.ask_where_to_save_face(None, ctx),
+            Action::TransferFace => self.propose_face(ctx),
             Action::UseFace => self.use_face(ctx),
             Action::UseGeneric => self.set_face_of_project(FaceSource::Generic, &face::generic(), ctx),
             _ => {}

@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
-use super::face_work::FaceRead;
+use super::face_work::{FaceProposal, FaceRead};
 use super::pictures::{Adjusted, Source};
 use crate::face::check::Report;
 use crate::frames::{Adjustment, Frame, FrameSequence};
@@ -42,6 +42,8 @@ pub enum Finished {
     Folder(Result<FrameSequence, String>),
     /// A mesh or a face model was read, or not: one line says why.
     Face(Box<Result<FaceRead, String>>),
+    /// Landmarks and muscles were proposed for the face of that number, or not.
+    Proposed(u64, Box<Result<FaceProposal, String>>),
     /// A face was checked.
     FaceChecked {
         /// Which face was open.

@@ -117,6 +117,7 @@ impl App {
             | Action::OpenFace
             | Action::SaveFace
             | Action::SaveFaceAs
+            | Action::TransferFace
             | Action::UseFace
             | Action::UseGeneric => self.act_in_face_menu(action, ctx),
             Action::WorkspaceFace => self.view.workspace = Workspace::Face,
@@ -261,6 +262,7 @@ impl App {
                 self.pictures.adjusted(which, &sha256, adjustment, result);
             }
             Finished::Face(read) => self.face_read(*read, ctx),
+            Finished::Proposed(number, proposed) => self.face_proposed(number, *proposed, ctx),
             Finished::FaceChecked { number, revision, report } => self.face_checked(number, revision, report),
             Finished::Folder(Ok(sequence)) => self.view.modal = Some(Modal::Sequence(SequenceView::new(&sequence))),
             Finished::Folder(Err(why)) => self.fail("The folder cannot be used", why),

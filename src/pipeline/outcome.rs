@@ -141,6 +141,16 @@ pub enum Warning {
         /// Its name for people.
         name: String,
     },
+    /// A landmark's mark lies far from where all the others put it.
+    #[error("The mark of {name} lies {off_mm:.0} mm from where the other landmarks put it: check it.")]
+    Misplaced {
+        /// The landmark.
+        id: String,
+        /// Its name for people.
+        name: String,
+        /// How far, mm.
+        off_mm: f64,
+    },
     /// Strains beyond the table.
     #[error("{count} vertices have a spring strained beyond the skin table: their forces are extrapolated.")]
     OutsideTable {

@@ -231,3 +231,27 @@ fn keys_turn_step_and_unbind() {
     let marks = window.get_by_role_and_label(egui::Role::Button, "Marks");
     assert_eq!(marks.accesskit_node().toggled(), Some(egui::accesskit::Toggled::False));
 }
+
+#[test]
+fn the_generic_face_is_transferred_as_a_proposal_that_undo_takes_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let person = Person::default();
+    let mut window = with_mesh(&person, folder.path());
+    window.get_by_label("Transfer").click();
+    settle(&mut window);
+    let generic = face::generic();
+    let proposed = bindings(&window);
+    let near = |l: &frontalis::face::draft::DraftLandmark| {
+        let Some(v) = l.vertex else { return false };
+        let x = generic.mesh().positions();
+        (x[v as usize] - x[vertex_of(&generic, &l.landmark.id) as usize]).norm() < 4.0
+    };
+    let right = proposed.landmarks.iter().filter(|l| near(l)).count();
+    assert!(right >= 30, "{right} of 32 landmarks lie where they are on the same mesh");
+    assert!(proposed.bound()[1] >= 16 && !proposed.regions.is_empty());
+    window.get_by_label("Check").click();
+    window.run_steps(3);
+    window.get_by_label_contains("(root mean square) of this mesh");
+    keys(&mut window, Modifiers::COMMAND, Key::Z);
+    assert_eq!(bindings(&window).bound(), [0, 0]);
+}

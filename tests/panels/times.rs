@@ -82,7 +82,7 @@ fn times_of_a_frame() {
             let at = Pos2::new(300.0 + k, 300.0);
             w.state_mut().view_mut().frames.zoom(frontalis::project::Which::First, 1.02, at);
         };
-        let mut say = |what: &str, [frame, cut]: [f64; 2]| {
+        let say = |what: &str, [frame, cut]: [f64; 2]| {
             println!("{vertices:>7} vertices, {what:<18} frame {frame:6.1} ms, into triangles {cut:5.1} ms");
         };
         say("Frames, hover", times(&mut window, hover));

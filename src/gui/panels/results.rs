@@ -90,7 +90,7 @@ fn places_of(warning: &Warning) -> Vec<(PointId, String)> {
         }
         Warning::Folded { vertex, .. } => vec![(PointId::FeatureLast(*vertex), format!("Go to vertex {vertex}"))],
         Warning::Swapped { ids, names } => ids.iter().zip(names).map(|(id, name)| landmark(id, name)).collect(),
-        Warning::Crumpled { id, name, .. } => vec![landmark(id, name)],
+        Warning::Crumpled { id, name, .. } | Warning::Misplaced { id, name, .. } => vec![landmark(id, name)],
         _ => Vec::new(),
     }
 }

@@ -52,11 +52,14 @@ pub(super) fn show(ui: &mut Ui, open: &OpenFace) {
         }
         None => _ = ui.weak("The face is being checked…"),
     }
-    if !open.notes.is_empty() {
-        ui.add_space(10.0);
-        ui.strong("When the mesh was read");
-        for note in &open.notes {
-            ui.label(RichText::new(note).weak());
+    for (title, notes) in [("When the mesh was read", &open.notes), ("Transfer from the generic face", &open.proposed)]
+    {
+        if !notes.is_empty() {
+            ui.add_space(10.0);
+            ui.strong(title);
+            for note in notes {
+                ui.label(RichText::new(note).weak());
+            }
         }
     }
 }

@@ -22,6 +22,7 @@ pub(super) fn show(ui: &mut Ui, view: &mut FaceView, state: &ActionState, comman
         for (action, label) in [
             (Action::OpenMesh, "Open mesh…"),
             (Action::OpenFace, "Open face…"),
+            (Action::TransferFace, "Transfer"),
             (Action::SaveFace, "Save"),
             (Action::UseFace, "Use in project"),
         ] {
