@@ -61,9 +61,13 @@ pub mod displacement;
 
 pub mod forces;
 
+pub mod marking;
+
 pub mod project;
 
 pub mod pipeline;
+
+pub mod suggest;
 
 pub mod study;
 

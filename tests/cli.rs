@@ -401,7 +401,7 @@ fn wrong_usage_is_status_2_and_help_names_every_command() {
         assert_eq!(frontalis(wrong).status.code(), Some(2), "{wrong:?}");
     }
     let help = done(&["--help"]);
-    for command in ["demo", "solve", "face", "twin", "export", "check"] {
+    for command in ["demo", "solve", "face", "twin", "export", "suggest", "check"] {
         assert!(help.contains(command), "{help}");
     }
     assert!(done(&["--version"]).starts_with("frontalis "));
@@ -432,4 +432,34 @@ fn an_interrupt_leaves_nothing() {
         // It was done before the interrupt came.
         assert_eq!(names(dir.path()), set(&["twin"]));
     }
+}
+
+#[test]
+fn suggest_writes_a_table_and_leaves_the_project_alone() {
+    let dir = tempfile::tempdir().unwrap();
+    done(&["demo", "--out", text(dir.path())]);
+    let project = dir.path().join("sample.frontalis.json");
+    let mut json: serde_json::Value = serde_json::from_slice(&fs::read(&project).unwrap()).unwrap();
+    // Twenty marks are taken away, to be suggested.
+    let marked: Vec<String> = json["features"].as_object().unwrap().keys().take(20).cloned().collect();
+    for key in &marked {
+        json["features"].as_object_mut().unwrap().remove(key);
+    }
+    let fewer = dir.path().join("fewer.frontalis.json");
+    fs::write(&fewer, json.to_string()).unwrap();
+    let before = fs::read(&fewer).unwrap();
+    let table = dir.path().join("suggestions.csv");
+    assert!(done(&["suggest", text(&fewer), "--out", text(&table)]).contains("points suggested"));
+    assert_eq!(fs::read(&fewer).unwrap(), before);
+    let rows = fs::read_to_string(&table).unwrap();
+    assert!(rows.starts_with("id,name,x_px,y_px,confidence,method,row,col\n"));
+    let ids: Vec<&str> = rows.lines().skip(1).filter_map(|l| l.split(',').next()).collect();
+    assert!(marked.iter().all(|key| ids.contains(&key.as_str())), "every point taken away is suggested");
+    for row in rows.lines().skip(1) {
+        let confidence: f64 = row.split(',').nth(4).unwrap().parse().unwrap();
+        assert!((0.0..=1.0).contains(&confidence), "{row}");
+    }
+    json["frames"]["last"] = serde_json::Value::Null;
+    fs::write(&fewer, json.to_string()).unwrap();
+    assert!(refused(&["suggest", text(&fewer), "--out", text(&table)]).contains("no first or no last frame"));
 }

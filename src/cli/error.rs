@@ -99,6 +99,9 @@ pub enum CliError {
     /// A drawing could not be painted.
     #[error("the picture could not be drawn: {0}")]
     Drawing(#[from] SvgError),
+    /// Tracking needs both pictures.
+    #[error("the project names no first or no last frame; open both in the window and save")]
+    NoFrames,
     /// A format needs a frame.
     #[error(transparent)]
     NoFrame(#[from] NoFrame),

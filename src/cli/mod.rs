@@ -9,6 +9,7 @@ mod output;
 mod progress;
 mod scene;
 mod solve;
+mod suggest;
 mod twin;
 
 use std::path::PathBuf;
@@ -44,6 +45,8 @@ pub enum Command {
     Twin(twin::Arguments),
     /// Writes marks and results for other programs.
     Export(export::Arguments),
+    /// Where tracking would put every feature point that is not marked: a table, never a change of the project.
+    Suggest(suggest::Arguments),
     /// Says everything that is wrong with a project.
     Check(check::Arguments),
 }
@@ -59,6 +62,7 @@ pub fn run(command: Command) -> ExitCode {
         Command::Face(arguments) => face::run(&arguments),
         Command::Twin(arguments) => twin::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
+        Command::Suggest(arguments) => suggest::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
     };
     match done {

@@ -9,6 +9,7 @@ use nalgebra::{Point2, Point3, Vector3};
 use crate::face::FaceModel;
 use crate::pipeline::Outcome;
 use crate::project::{Mark, MarkState, Project};
+use crate::suggest::Suggestion;
 
 /// Header of [`forces`].
 pub const FORCES_HEADER: &str = "vertex,x0_mm,y0_mm,z0_mm,x1_mm,y1_mm,z1_mm,fx_N,fy_N,fz_N,f_N,sigma_N,state";
@@ -18,6 +19,24 @@ pub const MARKS_HEADER: &str = "frame,id,name,x_px,y_px,state,sigma_px";
 
 /// Header of [`truth`].
 pub const TRUTH_HEADER: &str = "vertex,x0_mm,y0_mm,z0_mm,x1_mm,y1_mm,z1_mm,x0_px,y0_px,x1_px,y1_px,fx_N,fy_N,fz_N";
+
+/// Header of [`suggestions`].
+pub const SUGGESTIONS_HEADER: &str = "id,name,x_px,y_px,confidence,method,row,col";
+
+/// Suggested places of unmarked vertices in the last frame: `id` is the vertex, `name` that of its landmark or the id of the first
+/// region that holds it. `row` and `col` name the crossing of a painted grid and are empty where none is known.
+pub fn suggestions(found: &[Suggestion], face: &FaceModel) -> String {
+    let mut text = format!("{SUGGESTIONS_HEADER}\n");
+    for s in found {
+        let landmark = face.landmarks().iter().find(|l| l.vertex == s.vertex).map(|l| l.name.as_str());
+        let region = || face.regions().iter().find(|r| r.vertices.contains(&s.vertex)).map(|r| r.id.as_str());
+        let name = landmark.or_else(region).unwrap_or_default();
+        let _ = write!(text, "{},{}", s.vertex, quoted(name));
+        numbers(&mut text, [s.at.x, s.at.y, s.confidence].into_iter());
+        let _ = writeln!(text, ",{},,", s.method.word());
+    }
+    text
+}
 
 /// `forces.csv`: one row a vertex; 0 is the first frame (customised), 1 the last (head motion removed).
 ///

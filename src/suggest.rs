@@ -1,0 +1,178 @@
+//! Where every feature point that is not marked yet probably went: proposals for a hand, never data.
+
+use image::RgbImage;
+use nalgebra::Point2;
+
+use crate::face::FaceModel;
+use crate::marking::gray::Gray;
+use crate::marking::patch::PatchSettings;
+use crate::marking::tracking::{self, Method, Point, Prepared, TrackSettings};
+use crate::pipeline::Outcome;
+use crate::project::{MarkState, Project};
+
+/// A proposal for one vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Suggestion {
+    /// The vertex.
+    pub vertex: u32,
+    /// Where it probably lies in the last frame, px.
+    pub at: Point2<f64>,
+    /// How sure it is that this is within 1 px, 0 to 1.
+    pub confidence: f64,
+    /// How it was found.
+    pub method: Source,
+}
+
+/// How a suggestion was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// The skin about the point was found again, beginning where its neighbours lead.
+    Tracked,
+    /// The same, beginning with a search.
+    Searched,
+    /// Not found itself; its neighbours lead there.
+    Neighbours,
+}
+
+impl Source {
+    /// The word in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Source::Tracked => "tracked",
+            Source::Searched => "searched",
+            Source::Neighbours => "neighbours",
+        }
+    }
+}
+
+/// Cosine between a vertex's normal and the direction to the camera below which its skin is seen too flat to be followed.
+const SEEN: f64 = 0.25;
+/// Half the side of a neighbourhood, as a share of the distance of neighbour vertices in the picture: it holds what moves together.
+const PATCH_SHARE: f64 = 0.35;
+/// Least and largest half side, px.
+const PATCH_PX: [f64; 2] = [6.0, 14.0];
+/// Farthest motion searched for, mm: a brow rises by 7 to 11.
+const REACH_MM: f64 = 12.0;
+/// Error of a place that neighbours lead to, px for each px of distance to them.
+const LED_ERROR: f64 = 0.08;
+
+/// Suggestions for every vertex that faces the camera in both frames and is not marked in the last.
+///
+/// Marks of the last frame lead the rest; occluded ones are neither used nor suggested. Empty where a frame has no pixels.
+pub fn suggestions(
+    project: &Project,
+    face: &FaceModel,
+    outcome: &Outcome,
+    first: &RgbImage,
+    last: &RgbImage,
+) -> Vec<Suggestion> {
+    let (Some(first), Some(last)) = (Gray::of(first), Gray::of(last)) else { return Vec::new() };
+    let size = [first.width() as f64, first.height() as f64];
+    let mesh = face.mesh();
+    let normals = mesh.vertex_normals(&outcome.first);
+    let eye = nalgebra::Point3::new(0.0, 0.0, outcome.camera.z_prp_mm);
+    let asked: Vec<u32> = (0..mesh.len())
+        .filter(|&v| {
+            let towards = (eye - outcome.first[v]).try_normalize(1e-9);
+            let at = outcome.first_in_image[v];
+            let inside = at.x > 0.0 && at.y > 0.0 && at.x < size[0] && at.y < size[1];
+            inside && towards.is_some_and(|t| normals[v].dot(&t) > SEEN)
+        })
+        .map(|v| v as u32)
+        .collect();
+    let mut index = vec![None; mesh.len()];
+    for (i, &v) in asked.iter().enumerate() {
+        index[v as usize] = Some(i as u32);
+    }
+    let mark = |v: u32| project.features.get(&v).and_then(|f| f.last);
+    let usable = |state: MarkState| state != MarkState::Occluded;
+    let points: Vec<Point> = asked
+        .iter()
+        .map(|&v| Point {
+            first: outcome.first_in_image[v as usize],
+            known: mark(v).filter(|m| usable(m.state)).map(|m| Point2::from(m.at_px)),
+            neighbours: mesh.neighbours(v as usize).iter().filter_map(|&w| index[w as usize]).collect(),
+        })
+        .collect();
+    let settings = settings(&points, outcome.camera.px_per_mm);
+    let answers = tracking::track(&Prepared::of(first), &Prepared::of(last), &points, &settings);
+    asked
+        .iter()
+        .zip(&points)
+        .zip(&answers)
+        .filter(|((v, _), _)| mark(**v).is_none())
+        .filter_map(|((&vertex, point), answer)| match answer {
+            Some(Ok(t)) => {
+                let method = if t.method == Method::Search { Source::Searched } else { Source::Tracked };
+                Some(Suggestion { vertex, at: t.at, confidence: t.confidence, method })
+            }
+            _ => {
+                let (at, distance) = tracking::led(&points, &answers, &point.first)?;
+                let sigma = 0.5 + LED_ERROR * distance;
+                let confidence = 1.0 - (-1.0 / (2.0 * sigma * sigma)).exp();
+                Some(Suggestion { vertex, at, confidence, method: Source::Neighbours })
+            }
+        })
+        .collect()
+}
+
+/// Neighbourhoods and ranges that suit the size of the face in the picture.
+fn settings(points: &[Point], px_per_mm: f64) -> TrackSettings {
+    let lengths = points
+        .iter()
+        .flat_map(|p| p.neighbours.iter().filter_map(|&n| Some((points.get(n as usize)?.first - p.first).norm())));
+    let (sum, count) = lengths.fold((0.0, 0_usize), |(s, n), l| (s + l, n + 1));
+    let radius = (PATCH_SHARE * sum / count.max(1) as f64).clamp(PATCH_PX[0], PATCH_PX[1]);
+    let patch = PatchSettings { radius_px: radius.round() as usize, ..PatchSettings::default() };
+    TrackSettings { patch, reach_px: (REACH_MM * px_per_mm).clamp(8.0, 120.0), ..TrackSettings::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::{self, Workspace};
+    use crate::project::{Role, sample};
+
+    /// The sample is a rendered scene whose marks are the truth. All but the still points are taken away and suggested anew: the
+    /// forehead moves by up to 8 mm under a grid whose cells are 25 px apart, so a match in the wrong cell is 25 px off.
+    #[test]
+    fn marks_of_the_sample_are_found_again() {
+        let face = crate::face::generic();
+        let whole = sample::project().unwrap();
+        let mut project = whole.clone();
+        project.features.retain(|_, f| f.role == Role::Still);
+        assert!((4..30).contains(&project.features.len()), "{}", project.features.len());
+        let outcome = pipeline::solve(&project, &face, [1036, 1036], &mut Workspace::default());
+        let [first, last] = [1, 2].map(|k| image::load_from_memory(sample::files()[k].1).unwrap().into_rgb8());
+        let found = suggestions(&project, &face, &outcome, &first, &last);
+        let errors: Vec<(f64, f64)> = found
+            .iter()
+            .filter_map(|s| {
+                let truth = whole.features.get(&s.vertex)?.last?;
+                Some(((s.at - Point2::from(truth.at_px)).norm(), s.confidence))
+            })
+            .collect();
+        assert!(errors.len() > 100, "{}", errors.len());
+        let share = |of: &dyn Fn(&(f64, f64)) -> bool, is: &dyn Fn(&(f64, f64)) -> bool| {
+            let chosen: Vec<_> = errors.iter().filter(|e| of(e)).collect();
+            (chosen.iter().filter(|e| is(e)).count() as f64 / chosen.len().max(1) as f64, chosen.len())
+        };
+        let (half, _) = share(&|_| true, &|e| e.0 < 0.35);
+        assert!(half > 0.5, "half of the points within 0.35 px: {half}");
+        let (sure, count) = share(&|e| e.1 >= 0.9, &|e| e.0 < 1.0);
+        assert!(count > 30 && sure >= 0.9, "{count} called 90 % sure, {sure} within 1 px");
+        assert!(!errors.iter().any(|e| e.1 > 0.6 && e.0 > 10.0), "none in the wrong cell");
+        assert!(found.iter().all(|s| !project.features.contains_key(&s.vertex)), "no marked point is suggested");
+    }
+
+    #[test]
+    fn without_texture_there_is_no_sure_suggestion() {
+        let face = crate::face::generic();
+        let project = sample::project().unwrap();
+        let outcome = pipeline::solve(&project, &face, [1036, 1036], &mut Workspace::default());
+        let grey = RgbImage::from_pixel(1036, 1036, image::Rgb([120; 3]));
+        let found = suggestions(&project, &face, &outcome, &grey, &grey);
+        assert!(!found.is_empty() && found.iter().all(|s| s.method == Source::Neighbours && s.confidence < 0.9));
+        assert!(suggestions(&project, &face, &outcome, &RgbImage::new(0, 0), &grey).is_empty());
+    }
+}
