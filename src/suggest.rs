@@ -101,17 +101,15 @@ pub fn suggestions(
         .zip(&points)
         .zip(&answers)
         .filter(|((v, _), _)| mark(**v).is_none())
-        .filter_map(|((&vertex, point), answer)| match answer {
-            Some(Ok(t)) => {
+        .filter_map(|((&vertex, point), answer)| {
+            if let Some(Ok(t)) = answer {
                 let method = if t.method == Method::Search { Source::Searched } else { Source::Tracked };
-                Some(Suggestion { vertex, at: t.at, confidence: t.confidence, method })
+                return Some(Suggestion { vertex, at: t.at, confidence: t.confidence, method });
             }
-            _ => {
-                let (at, distance) = tracking::led(&points, &answers, &point.first)?;
-                let sigma = 0.5 + LED_ERROR * distance;
-                let confidence = 1.0 - (-1.0 / (2.0 * sigma * sigma)).exp();
-                Some(Suggestion { vertex, at, confidence, method: Source::Neighbours })
-            }
+            let (at, distance) = tracking::led(&points, &answers, &point.first)?;
+            let sigma = 0.5 + LED_ERROR * distance;
+            let confidence = 1.0 - (-1.0 / (2.0 * sigma * sigma)).exp();
+            Some(Suggestion { vertex, at, confidence, method: Source::Neighbours })
         })
         .collect()
 }

@@ -516,7 +516,7 @@ mod tests {
                 .into_iter()
                 .map(|(vertex, (x, y))| LandmarkTarget { vertex, at_in_image: Point2::new(x, y) })
                 .collect();
-            let settings = CustomizeSettings { power, nearest, align, morph, ..Default::default() };
+            let settings = CustomizeSettings { align, morph, power, nearest, ..Default::default() };
             match customize(&mesh, &targets, &camera(), &settings) {
                 Ok(fit) => prop_assert!(
                     fit.positions.iter().all(|p| p.coords.iter().all(|c| c.is_finite()))

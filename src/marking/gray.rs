@@ -45,6 +45,7 @@ impl Gray {
 
     /// Half the size: smoothed with the binomial (1 4 6 4 1)/16 so that nothing finer than the new pixels is folded in, then every
     /// second pixel of every second row. Source: Burt and Adelson 1983.
+    #[must_use]
     pub fn halved(&self) -> Self {
         const TAPS: [f32; 5] = [1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
         let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));

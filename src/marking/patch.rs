@@ -110,17 +110,21 @@ impl Patch {
         }
         let total: f64 = weights.iter().sum();
         let mean = weights.iter().zip(&values).map(|(w, v)| w * v).sum::<f64>() / total;
-        values.iter_mut().for_each(|v| *v -= mean);
+        for v in &mut values {
+            *v -= mean;
+        }
         let contrast = weights.iter().zip(&values).map(|(w, v)| w * v * v).sum::<f64>().sqrt();
         let normal: Matrix6<f64> = weights.iter().zip(&slopes).map(|(w, s)| s * s.transpose() * *w).sum();
         // The weaker of the two directions decides: along a line a patch slides.
         let structure = Matrix2::new(normal[(0, 0)], normal[(0, 3)], normal[(3, 0)], normal[(3, 3)]) / total;
         let weakest = structure.symmetric_eigenvalues().min();
-        if !(weakest > LEAST_SLOPE * LEAST_SLOPE) {
+        if weakest.is_nan() || weakest <= LEAST_SLOPE * LEAST_SLOPE {
             return Err(Lost::TooEven);
         }
         let inverse = normal.try_inverse().ok_or(Lost::TooEven)?;
-        slopes.iter_mut().zip(&weights).for_each(|(s, w)| *s *= *w);
+        for (slope, w) in slopes.iter_mut().zip(&weights) {
+            *slope *= *w;
+        }
         Ok(Self { settings, offsets, weights, values, slopes, total, contrast, inverse })
     }
 
@@ -163,7 +167,7 @@ impl Patch {
 
     fn judged(&self, picture: &Spline, at: Point2<f64>, warp: Matrix2<f64>, steps: usize) -> Result<Match, Lost> {
         let look = self.look(picture, &at, &warp).ok_or(Lost::Unlike)?;
-        if !(look.correlation >= self.settings.least_correlation) {
+        if look.correlation.is_nan() || look.correlation < self.settings.least_correlation {
             return Err(Lost::Unlike);
         }
         // Variance of one pixel from what is left, then through the weighted normal equations (sandwich).
@@ -187,11 +191,13 @@ impl Patch {
             own += w * *g * *g;
         }
         let contrast = own.sqrt();
-        if !(contrast > 0.0) {
+        if contrast.is_nan() || contrast <= 0.0 {
             return None;
         }
         let gain = self.contrast / contrast;
-        left.iter_mut().zip(&self.values).for_each(|(g, f)| *g = *g * gain - f);
+        for (g, f) in left.iter_mut().zip(&self.values) {
+            *g = *g * gain - f;
+        }
         Some(Look { left, correlation: both / (self.contrast * contrast) })
     }
 
@@ -225,7 +231,7 @@ mod tests {
     fn picture(noise: f64, seed: u64, f: impl Fn(f64, f64) -> f64) -> Spline {
         let mut random = Noise(seed);
         let values = (0..120 * 120)
-            .map(|i| (f((i % 120) as f64 + 0.5, (i / 120) as f64 + 0.5) + noise * random.normal()) as f32);
+            .map(|i| (f(f64::from(i % 120) + 0.5, f64::from(i / 120) + 0.5) + noise * random.normal()) as f32);
         Spline::of(&Gray::new(120, 120, values.collect()).unwrap())
     }
 

@@ -328,7 +328,7 @@ fn chart(choices: &[Choice], rows: &[Row]) -> String {
     }
     let _ = write!(
         out,
-        r##"<text x="{:.1}" y="{:.1}" text-anchor="middle">median time of one customisation, ms</text><text transform="translate(24 {:.1}) rotate(-90)" text-anchor="middle">distance, RMS, mm</text>"##,
+        r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">median time of one customisation, ms</text><text transform="translate(24 {:.1}) rotate(-90)" text-anchor="middle">distance, RMS, mm</text>"#,
         0.5 * (left + width - right),
         height - 16.0,
         0.5 * (top + height - bottom)

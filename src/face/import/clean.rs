@@ -38,7 +38,7 @@ fn flat([a, b, c]: [Point3<f64>; 3]) -> bool {
     let longest = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
     let area = (b - a).cross(&(c - a)).norm();
     // Written so that an overflow counts as flat too.
-    !(area > FLAT * longest)
+    area.partial_cmp(&(FLAT * longest)) != Some(std::cmp::Ordering::Greater)
 }
 
 /// Vertices at exactly the same place become the first of them.

@@ -69,12 +69,11 @@ fn logical_lines(text: &str) -> impl Iterator<Item = (usize, std::borrow::Cow<'_
         let mut whole = begun.to_owned();
         for (_, next) in lines.by_ref() {
             whole.push(' ');
-            match next.trim_end().strip_suffix('\\') {
-                Some(more) => whole.push_str(more),
-                None => {
-                    whole.push_str(next);
-                    break;
-                }
+            if let Some(more) = next.trim_end().strip_suffix('\\') {
+                whole.push_str(more);
+            } else {
+                whole.push_str(next);
+                break;
             }
         }
         Some((number + 1, whole.into()))

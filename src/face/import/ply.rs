@@ -1,5 +1,7 @@
 //! Stanford PLY, as text or binary in either byte order: vertices and polygons in, every other element and property passed over.
 
+use std::fmt::Write as _;
+
 use nalgebra::Point3;
 
 use super::{ImportError, Soup, polygon};
@@ -166,7 +168,7 @@ impl Faces {
             && index as usize >= positions.len()
         {
             if let ImportError::Line { reason, .. } | ImportError::Byte { reason, .. } = &mut refusal {
-                reason.push_str(&format!(", but there are only {} vertices", positions.len()));
+                let _ = write!(reason, ", but there are only {} vertices", positions.len());
             }
             return Err(refusal);
         }
