@@ -6,11 +6,13 @@
 
 mod crumpling;
 pub mod outcome;
+pub mod peak;
 mod stages;
 #[cfg(test)]
 mod tests;
 
 pub use outcome::{ForceField, LandmarkFit, Outcome, Warning};
+pub use peak::Peak;
 
 use nalgebra::{Point2, Point3, Vector3};
 

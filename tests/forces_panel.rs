@@ -226,7 +226,7 @@ impl State {
     }
 
     fn peak(&self) -> usize {
-        self.outcome.field.peak(&self.outcome.states).unwrap().0
+        self.outcome.field.largest(&self.outcome.states).unwrap().0
     }
 }
 
@@ -353,7 +353,7 @@ fn the_outcome_of_the_chain_is_shown_whole() {
     let state = from_the_chain();
     let measured = state.outcome.states.iter().filter(|s| **s == VertexState::Measured).count();
     assert!(measured >= 40, "a brow raise has at least 40 marks on the forehead: {measured}");
-    assert!(state.outcome.field.peak(&state.outcome.states).is_some());
+    assert!(state.outcome.field.largest(&state.outcome.states).is_some());
     let unit = state.outcome.unit();
     assert_eq!(unit, "relative", "no scale was set");
     let mut harness = harness(state, [1280.0, 760.0]);
@@ -475,7 +475,7 @@ fn the_peak_is_sought_away_from_the_border_and_the_border_is_named_beside_it() {
     let border = state.outcome.border.iter().position(|b| *b).unwrap();
     state.outcome.field.force[border] = Vector3::new(0.0, 5.0, 0.0);
     assert_eq!(state.peak(), border, "the largest force of all");
-    assert_eq!(state.outcome.peak().unwrap().0, inner);
+    assert_eq!(state.outcome.peak().vertex(), Some(inner));
     let range = range::range_of(RangeMode::Auto, &state.layer(), &|_| true);
     assert!((range.high - 0.4).abs() < 1e-9, "the border's 5 N do not set the range");
     let mut harness = harness(state, [1280.0, 760.0]);

@@ -7,9 +7,8 @@ use super::output::Output;
 use super::progress::Progress;
 use super::scene::{Frames, Scene};
 use super::shell_word;
-use crate::draw::height_map::{self, HeightMapOptions};
-use crate::export::{csv, report, vtk};
-use crate::pipeline::{self, Outcome, Workspace};
+use crate::export::{csv, height_map, report, vtk};
+use crate::pipeline::{self, Outcome, Peak, Workspace};
 
 /// What `solve` asks for.
 #[derive(Debug, clap::Args)]
@@ -51,13 +50,7 @@ pub(super) fn results(
     let (project, face) = (&scene.project, scene.face.as_ref());
     let outcome = pipeline::solve(project, face, scene.image_size_px, &mut Workspace::default());
     progress.stage("draw");
-    let options = HeightMapOptions {
-        unit: if outcome.scale_measured { "N".to_owned() } else { "N (relative)".to_owned() },
-        title: project.name.clone(),
-        ..HeightMapOptions::default()
-    };
-    let (first, values) = (outcome.first_from_eyes(face), outcome.magnitude_inside_border());
-    let picture = height_map::render(&first, face.mesh().triangles(), &values, &options)?;
+    let picture = height_map::picture(project, face, &outcome)?;
     progress.stage("write");
     output.write("forces.csv", csv::forces(&outcome).as_bytes())?;
     output.write("forces.vtp", vtk::vtp(face.mesh(), &outcome).as_bytes())?;
@@ -72,11 +65,8 @@ pub(super) fn results(
 pub(super) fn say(outcome: &Outcome, out: &Path) {
     let unit = outcome.unit();
     match outcome.peak() {
-        Some((vertex, force)) => {
-            let sigma = outcome.field.sigma.get(vertex).copied().unwrap_or(f64::NAN);
-            println!("largest force {force:.3} ± {sigma:.3} {unit} at vertex {vertex}");
-        }
-        None => println!("no vertex is measured: mark feature points in the last frame"),
+        Peak::Unmeasured => println!("no vertex is measured: mark feature points in the last frame"),
+        finding => println!("{}", finding.in_words(unit)),
     }
     for warning in &outcome.warnings {
         println!("warning: {warning}");

@@ -8,6 +8,9 @@ pub const NOT_MEASURED: [u8; 3] = [184, 184, 188];
 /// Darker grey of the hatching over [`NOT_MEASURED`].
 pub const HATCHING: [u8; 3] = [148, 148, 154];
 
+/// The two strokes of the hatching over values below their noise. They lie side by side, so that one of them stands out on any colour.
+pub const NOISE_HATCHING: [[u8; 3]; 2] = [[16, 16, 20], [250, 250, 252]];
+
 /// Which colours stand for the values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -122,6 +125,32 @@ const COOL_WARM: [[u8; 3]; 86] = [
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Contrast of two colours as WCAG 2.2 defines it, 1 to 21.
+    fn contrast(a: [u8; 3], b: [u8; 3]) -> f64 {
+        let linear = |c: u8| {
+            let c = f64::from(c) / 255.0;
+            if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+        };
+        let light = |[r, g, b]: [u8; 3]| 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b) + 0.05;
+        let (a, b) = (light(a), light(b));
+        if a > b { a / b } else { b / a }
+    }
+
+    #[test]
+    fn the_hatching_of_noise_stands_out_on_every_colour_the_brightest_above_all() {
+        // 3:1 is what WCAG asks of signs that carry a meaning; black on white has 21.
+        assert!((contrast([0; 3], [255; 3]) - 21.0).abs() < 1e-9);
+        for map in ColourMap::ALL {
+            for k in 0..=1000 {
+                let colour = map.at(f64::from(k) / 1000.0);
+                let best = NOISE_HATCHING.iter().map(|ink| contrast(*ink, colour)).fold(0.0, f64::max);
+                assert!(best > 4.0, "{map:?} {k}: {best}");
+            }
+        }
+        let brightest = ColourMap::Viridis.at(1.0);
+        assert!(contrast(NOISE_HATCHING[0], brightest) > 12.0 && contrast(NOISE_HATCHING[1], brightest) < 1.5);
+    }
 
     fn near(a: [u8; 3], b: [u8; 3]) -> bool {
         a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 1)

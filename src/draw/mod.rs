@@ -2,6 +2,7 @@
 
 pub mod colour_map;
 pub mod height_map;
+pub mod numbers;
 pub mod raster;
 pub mod robust_range;
 pub mod surface_picture;

@@ -22,9 +22,39 @@ pub fn robust_largest(values: impl Iterator<Item = f64>) -> f64 {
     if sizes.len() < FEWEST || largest <= SLACK * most { largest } else { most }
 }
 
+/// The ends of the colours for values and whether each may set them: from 0, or as far below zero as above it, to a round number that
+/// holds [`robust_largest`]. Where none may set the range all do; without values the end is 1.
+pub fn automatic_range(values: impl Iterator<Item = (f64, bool)> + Clone, signed: bool) -> [f64; 2] {
+    let chosen = robust_largest(values.clone().filter(|(_, sets)| *sets).map(|(v, _)| v));
+    let most = if chosen > 0.0 { chosen } else { robust_largest(values.map(|(v, _)| v)) };
+    let high = if most > 0.0 { round_up(most) } else { 1.0 };
+    [if signed { -high } else { 0.0 }, high]
+}
+
+/// The next number up with two digits that ticks divide well: 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8 times a power of ten.
+pub fn round_up(value: f64) -> f64 {
+    if !(value.is_finite() && value > 0.0) {
+        return 1.0;
+    }
+    let power = 10_f64.powi(value.log10().floor() as i32);
+    let digits = value / power;
+    [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0].into_iter().find(|g| *g >= digits - 1e-9).unwrap_or(10.0)
+        * power
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_range_ends_on_a_round_number_and_what_may_not_set_it_does_not() {
+        let values = [(0.1, true), (0.142, true), (9.0, false)];
+        assert_eq!(automatic_range(values.into_iter(), false), [0.0, 0.15]);
+        assert_eq!(automatic_range([(-0.37, true), (0.1, true)].into_iter(), true), [-0.4, 0.4]);
+        assert_eq!(automatic_range([(9.0, false)].into_iter(), false), [0.0, 10.0], "nothing else: it must do");
+        assert_eq!(automatic_range(std::iter::empty(), false), [0.0, 1.0]);
+        assert!((round_up(0.031) - 0.04).abs() < 1e-12 && round_up(f64::NAN) == 1.0);
+    }
 
     #[test]
     fn one_wild_value_of_a_hundred_is_cut_off_and_a_real_peak_is_not() {

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::camera::Scale;
 use crate::displacement::VertexState;
 use crate::face::FaceModel;
-use crate::pipeline::Outcome;
+use crate::pipeline::{Outcome, Peak};
 use crate::project::{CameraSettings, FaceSource, FramePair, Project, Settings};
 
 /// What the caller knows and the outcome does not.
@@ -33,7 +33,9 @@ struct Report<'a> {
     force_unit: &'static str,
     head_motion: Head,
     eye_midpoint_mm: Option<[f64; 3]>,
-    peak: Option<Peak>,
+    peak: Option<PeakReport>,
+    peak_in_words: String,
+    median_force_over_sigma: Option<f64>,
     self_check: SelfCheck,
     outside_skin_table: Vec<usize>,
     folded_triangles: Folded<'a>,
@@ -89,7 +91,7 @@ struct Head {
 }
 
 #[derive(Serialize)]
-struct Peak {
+struct PeakReport {
     vertex: usize,
     force: f64,
     sigma: f64,
@@ -150,6 +152,8 @@ pub fn report(project: &Project, face: &FaceModel, outcome: &Outcome, circumstan
         head_motion: head(outcome, project.settings.remove_head_motion),
         eye_midpoint_mm: outcome.eye_midpoint(face).map(|p| p.coords.into()),
         peak: peak(outcome),
+        peak_in_words: outcome.peak().in_words(outcome.unit()),
+        median_force_over_sigma: outcome.median_over_error(),
         self_check: self_check(outcome),
         outside_skin_table: places(&outcome.field.outside_table),
         folded_triangles: Folded { first_frame: &outcome.fit.folded, last_frame: &outcome.field.folded },
@@ -175,12 +179,12 @@ fn head(outcome: &Outcome, wanted: bool) -> Head {
     }
 }
 
-fn peak(outcome: &Outcome) -> Option<Peak> {
-    let (vertex, force) = outcome.peak()?;
-    Some(Peak {
+fn peak(outcome: &Outcome) -> Option<PeakReport> {
+    let Peak::Stands { vertex, force, sigma } = outcome.peak() else { return None };
+    Some(PeakReport {
         vertex,
         force,
-        sigma: *outcome.field.sigma.get(vertex)?,
+        sigma,
         at_mm: outcome.first.get(vertex)?.coords.into(),
         state: outcome.states.get(vertex)?.word(),
         border: *outcome.border.get(vertex)?,
@@ -189,7 +193,7 @@ fn peak(outcome: &Outcome) -> Option<Peak> {
 
 /// The internal forces of springs sum to zero; what is left is rounding, or something is wrong.
 fn self_check(outcome: &Outcome) -> SelfCheck {
-    let largest = outcome.field.peak(&outcome.states).map_or(0.0, |(_, force)| force);
+    let largest = outcome.field.largest(&outcome.states).map_or(0.0, |(_, force)| force);
     let sum = outcome.field.internal_sum;
     SelfCheck {
         sum_of_internal_forces: sum.into(),
@@ -222,7 +226,9 @@ mod tests {
         assert_eq!(r["vertices_by_state"]["measured"], 1);
         assert_eq!(r["vertices_by_state"]["unmeasured"], 1);
         assert_eq!(r["force_unit"], "N");
+        // The only vertex that nothing speaks against is inferred; with none believed it may speak, and 5 > 2 × 0.25.
         assert_eq!(r["peak"]["force"], 5.0);
+        assert!(r["peak_in_words"].as_str().unwrap().starts_with("largest force 5.0"), "{}", r["peak_in_words"]);
         // 5e-12 over the largest force, 5.
         assert!((r["self_check"]["ratio_to_largest_force"].as_f64().unwrap() - 1e-12).abs() < 1e-24);
         assert_eq!(r["outside_skin_table"], serde_json::json!([1]));

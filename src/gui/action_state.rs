@@ -3,9 +3,9 @@
 use super::action::Action;
 use super::face_work::FaceWork;
 use super::panels::forces::Tab;
-use super::panels::frames::{Tool, points};
+use super::panels::frames::{Tool, guide, points};
 use super::view_state::{ViewState, Workspace};
-use super::{Scene, panels};
+use super::{Scene, guided, panels};
 use crate::project::{History, MarkState, PointId, Role, edit};
 
 /// Taken once a frame.
@@ -21,6 +21,8 @@ pub struct ActionState {
     dark: bool,
     selected: Option<PointId>,
     mark: Option<MarkState>,
+    /// State of the mark that *Uncertain* speaks of.
+    in_doubt: Option<MarkState>,
     predicted: bool,
     role: Option<Role>,
     switches: Switches,
@@ -47,8 +49,11 @@ impl ActionState {
     /// What can be done with this project, shown like this.
     pub fn new(scene: Scene<'_>, history: &History, face: &FaceWork, view: &ViewState, dark: bool) -> Self {
         let selected = view.focus.selected.clone();
-        let mark = selected.as_ref().and_then(|id| edit::mark(scene.project, id)).map(|m| m.state);
-        let known = selected.as_ref().and_then(|id| points::of(scene, id));
+        let state_of = |id: &PointId| edit::mark(scene.project, id).map(|m| m.state);
+        let mark = selected.as_ref().and_then(state_of);
+        let chosen = points::chosen_vertices(scene, &view.frames.regions);
+        let asked = guide::asked(scene, &chosen, view.frames.tool, selected.as_ref()).ok().flatten();
+        let known = asked.or_else(|| selected.clone()).and_then(|id| points::of(scene, &id));
         let role = match selected {
             Some(PointId::FeatureFirst(v) | PointId::FeatureLast(v)) => {
                 Some(scene.project.features.get(&v).map_or_else(Role::default, |f| f.role))
@@ -74,6 +79,7 @@ impl ActionState {
             predicted: known.is_some_and(|(look, _)| look == points::Look::Predicted),
             selected,
             mark,
+            in_doubt: guided::in_doubt(scene, view).as_ref().and_then(state_of),
             role,
             switches: Switches {
                 workspace: view.workspace,
@@ -115,7 +121,8 @@ impl ActionState {
             Action::ClearMark if self.switches.workspace == Workspace::Face => self.slot,
             Action::Export => self.results,
             Action::ClearLast => self.last_marks,
-            Action::ClearMark | Action::Lock | Action::Uncertain | Action::Occluded => self.mark.is_some(),
+            Action::ClearMark | Action::Lock | Action::Occluded => self.mark.is_some(),
+            Action::Uncertain => self.in_doubt.is_some(),
             Action::Accept => self.selected.is_some() && self.predicted,
             Action::RoleSkin | Action::RoleStill | Action::RoleFixed => self.role.is_some(),
             Action::Nudge(..) => self.selected.is_some() || !in_frames,
@@ -149,7 +156,7 @@ impl ActionState {
             Action::Dark => self.dark,
             Action::Light => !self.dark,
             Action::Lock => self.mark == Some(MarkState::Locked),
-            Action::Uncertain => self.mark == Some(MarkState::Uncertain),
+            Action::Uncertain => self.in_doubt == Some(MarkState::Uncertain),
             Action::Occluded => self.mark == Some(MarkState::Occluded),
             Action::RoleSkin => self.role == Some(Role::Skin),
             Action::RoleStill => self.role == Some(Role::Still),

@@ -5,8 +5,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use super::jobs::Progress;
-use crate::draw::height_map::{self, HeightMapOptions};
-use crate::export::{csv, report, vtk};
+use crate::export::{csv, height_map, report, vtk};
 use crate::face::FaceModel;
 use crate::pipeline::Outcome;
 use crate::project::Project;
@@ -50,13 +49,7 @@ pub fn write(
 }
 
 fn picture(project: &Project, face: &FaceModel, outcome: &Outcome) -> Result<Vec<u8>, String> {
-    let options = HeightMapOptions {
-        unit: if outcome.scale_measured { "N".to_owned() } else { "N (relative)".to_owned() },
-        title: project.name.clone(),
-        ..HeightMapOptions::default()
-    };
-    let (first, values) = (outcome.first_from_eyes(face), outcome.magnitude_inside_border());
-    let drawn = height_map::render(&first, face.mesh().triangles(), &values, &options);
+    let drawn = height_map::picture(project, face, outcome);
     let mut bytes = Cursor::new(Vec::new());
     let png = drawn.map_err(|e| e.to_string())?.write_to(&mut bytes, image::ImageFormat::Png);
     png.map_err(|e| format!("the height map cannot be written as PNG ({e})"))?;

@@ -8,6 +8,7 @@ use super::command::After;
 use super::dialogs::Purpose;
 use super::jobs::{About, Finished};
 use super::modal::Modal;
+use super::panels::frames::Tool;
 use super::pictures::{self, Pictures};
 use super::view_state::NoticeKind;
 use super::{Command, dialogs, export_results, rescue};
@@ -61,6 +62,8 @@ impl App {
         self.pictures = Pictures::default();
         self.view.focus.selected = None;
         self.view.frames.drag = None;
+        self.view.frames.tool = Tool::Select;
+        self.view.frames.placed = None;
         self.view.frames.fit();
         self.solve_anew();
         self.look_for_unsaved_work();

@@ -10,6 +10,7 @@ pub mod export_results;
 pub mod face_drawing;
 pub mod face_work;
 pub mod files;
+mod guided;
 pub mod height_map;
 pub mod jobs;
 pub mod modal;

@@ -5,6 +5,7 @@ use nalgebra::{Point2, Point3, Vector3};
 use crate::camera::{Camera, HeadMotion};
 use crate::displacement::VertexState;
 use crate::face::FaceModel;
+use crate::project::PointId;
 
 /// The result of the whole chain for one project. Every list over vertices has one item a vertex of the face.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,7 +24,7 @@ pub struct Outcome {
     pub head: HeadMotion,
     /// What is known of each vertex in the last frame.
     pub states: Vec<VertexState>,
-    /// Measured vertices with a neighbour of which nothing is known: their force carries the border's reaction.
+    /// Measured and inferred vertices with a neighbour of which nothing is known: their force carries the border's reaction.
     pub border: Vec<bool>,
     /// Positions in the last frame with the head's motion removed, mm. Of unmeasured vertices this is a prediction to draw, never data.
     pub last: Vec<Point3<f64>>,
@@ -163,6 +164,16 @@ pub enum Warning {
         /// The mark.
         what: String,
     },
+    /// Marks lie where there is no picture.
+    #[error(
+        "{count} marks lie outside their picture, the first of {first}: they were made on other frames, or the frames were cut."
+    )]
+    OutsidePicture {
+        /// Number of marks.
+        count: usize,
+        /// The first of them.
+        first: PointId,
+    },
     /// The marking error swamps the force.
     #[error(
         "At {sigma_px} px of marking error the median force is {ratio:.1} times its standard error: read the field with its ± only."
@@ -181,8 +192,9 @@ impl ForceField {
         self.force.iter().zip(states).map(|(f, s)| s.is_known().then(|| f.norm())).collect()
     }
 
-    /// The vertex with the largest force among the measured and inferred ones of these states, and that force.
-    pub fn peak(&self, states: &[VertexState]) -> Option<(usize, f64)> {
+    /// The vertex with the largest force of all measured and inferred ones, believed or not, and that force. What there is to say of
+    /// the field is [`Outcome::peak`].
+    pub fn largest(&self, states: &[VertexState]) -> Option<(usize, f64)> {
         self.force
             .iter()
             .zip(states)
@@ -194,23 +206,6 @@ impl ForceField {
 }
 
 impl Outcome {
-    /// Whether the force on a vertex can be believed: a hand has measured it; it is not on the border, which carries the reaction
-    /// of skin that nobody measured; and none of its springs is strained beyond the skin table.
-    pub fn is_believed(&self, vertex: usize) -> bool {
-        self.states.get(vertex) == Some(&VertexState::Measured)
-            && !self.border.get(vertex).copied().unwrap_or(false)
-            && !self.field.outside_table.get(vertex).copied().unwrap_or(false)
-    }
-
-    /// The vertex with the largest force among those that can be believed ([`Outcome::is_believed`]), and that force. Without any
-    /// such vertex, the largest among all measured and inferred ones.
-    pub fn peak(&self) -> Option<(usize, f64)> {
-        let believed: Vec<_> = (0..self.states.len())
-            .map(|v| if self.is_believed(v) { self.states[v] } else { VertexState::Unmeasured })
-            .collect();
-        self.field.peak(&believed).or_else(|| self.field.peak(&self.states))
-    }
-
     /// The middle between the inner eye corners in the first frame, mm: from there people measure a face. Positions of the chain are
     /// measured from the optical axis instead, as the projection wants them. Absent for a face without those two landmarks.
     pub fn eye_midpoint(&self, face: &FaceModel) -> Option<Point3<f64>> {

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3x2, Matrix3x6, Point2, Point3};
 
+use super::peak::STANDS_ABOVE;
 use super::{CustomizeInput, Fill, FillInput, LandmarkFit, Outcome, Warning};
 use crate::camera::head_motion::FEWEST_STILL_POINTS;
 use crate::camera::head_motion::motion_slope;
@@ -13,7 +14,7 @@ use crate::displacement::{DepthRule, UnmarkedRule, VertexState};
 use crate::face::mesh::{NONE, doubled_area_vector};
 use crate::face::{FaceModel, Mesh};
 use crate::forces::{Common, Influence, MarkInfluence};
-use crate::project::{Mark, Project, Role};
+use crate::project::{Mark, Project, Role, faults};
 
 /// Landmark ids of the inner eye corners, which set the scale.
 pub(super) const EYE_CORNERS: [&str; 2] = ["eye_inner_left", "eye_inner_right"];
@@ -315,10 +316,11 @@ pub(super) fn influence(
     }
 }
 
-/// Measured vertices with a neighbour of which nothing is known.
+/// Measured and inferred vertices with a neighbour of which nothing is known.
 pub(super) fn border(mesh: &Mesh, states: &[VertexState]) -> Vec<bool> {
     let open = |v: usize| mesh.neighbours(v).iter().any(|&j| !states[j as usize].is_known());
-    states.iter().enumerate().map(|(v, s)| *s == VertexState::Measured && open(v)).collect()
+    let carries = |s: &VertexState| matches!(s, VertexState::Measured | VertexState::Inferred);
+    states.iter().enumerate().map(|(v, s)| carries(s) && open(v)).collect()
 }
 
 /// Triangles of known vertices whose normal has turned over between the frames.
@@ -333,6 +335,10 @@ pub(super) fn folded(mesh: &Mesh, first: &[Point3<f64>], last: &[Point3<f64>], s
 /// Collects what the user should know, gravest first.
 pub(super) fn warn(project: &Project, outcome: &mut Outcome, mesh: &Mesh) {
     let mut found = Vec::new();
+    let outside = faults::outside_picture(project);
+    if let Some((first, _)) = outside.first() {
+        found.push(Warning::OutsidePicture { count: outside.len(), first: first.clone() });
+    }
     for (folded, frame) in [(&outcome.fit.folded, "first"), (&outcome.field.folded, "last")] {
         if let Some(&t) = folded.first() {
             let vertex = mesh.triangles()[t as usize][0];
@@ -369,13 +375,9 @@ pub(super) fn warn(project: &Project, outcome: &mut Outcome, mesh: &Mesh) {
     if outside > 0 {
         found.push(Warning::OutsideTable { count: outside });
     }
-    let mut ratios: Vec<f64> = (0..outcome.states.len())
-        .filter(|&v| outcome.states[v] == VertexState::Measured && outcome.field.sigma[v] > 0.0)
-        .map(|v| outcome.field.force[v].norm() / outcome.field.sigma[v])
-        .collect();
-    ratios.sort_unstable_by(f64::total_cmp);
-    if let Some(&ratio) = ratios.get(ratios.len() / 2)
-        && ratio < 2.0
+    if let Some(ratio) = outcome.median_over_error()
+        && ratio < STANDS_ABOVE
+        && project.settings.marking_sigma_px > 0.0
     {
         found.push(Warning::NoisyField { sigma_px: project.settings.marking_sigma_px, ratio });
     }

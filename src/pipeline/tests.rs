@@ -2,12 +2,12 @@
 
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 
-use super::{Outcome, Warning, Workspace, solve};
+use super::{Outcome, Peak, Warning, Workspace, solve};
 use crate::camera::{Camera, RigidMotion, Scale};
 use crate::displacement::{DepthRule, UnmarkedRule, VertexState};
 use crate::face::patches::{Noise, right_angled};
 use crate::face::{FaceModel, FaceParts, Landmark};
-use crate::project::{Edit, Feature, Mark, MarkState, PointId, Project, Role};
+use crate::project::{Edit, Feature, FrameRef, Mark, MarkState, PointId, Project, Role};
 
 const N: usize = 15;
 const SIZE: [u32; 2] = [1000, 1000];
@@ -101,7 +101,7 @@ fn with_marks_at_the_truth_the_positions_and_the_forces_are_exact() {
         let by_hand = force_by_hand(&face, &p, &o, v);
         assert!((o.field.force[v] - by_hand).norm() < 1e-12 * (1.0 + by_hand.norm()));
     }
-    let (peak, f) = o.peak().unwrap();
+    let Peak::Stands { vertex: peak, force: f, .. } = o.peak() else { panic!("{:?}", o.peak()) };
     assert!(f > 0.01 && o.field.internal_sum.norm() < 1e-12, "peak {f} N at {peak}");
     assert!(o.scale_measured && o.unit() == "N");
 }
@@ -131,7 +131,7 @@ fn head_motion_is_removed_before_depth_is_chosen() {
     // Left in, the same motion is read as skin.
     p.settings.remove_head_motion = false;
     let thesis = run(&p, &face);
-    assert!(thesis.peak().unwrap().1 > 0.0 && thesis.head.still_points == 0);
+    assert!(thesis.peak().force().unwrap() > 0.0 && thesis.head.still_points == 0);
     assert!((thesis.last[0] - o.last[0]).norm() > 0.5);
 }
 
@@ -194,6 +194,63 @@ fn what_is_not_marked_is_inferred_inside_unmeasured_outside_and_held_on_request(
     let held = run(&p, &face);
     assert_eq!(held.states[between], VertexState::Fixed);
     assert_eq!(held.last[between], held.first[between]);
+}
+
+#[test]
+fn an_inferred_vertex_beside_unmeasured_skin_is_border_like_a_measured_one() {
+    let face = face();
+    let mut p = project(&face);
+    mark_all(&mut p, &face, |v| (4..=10).contains(&(v % N)) && (4..=10).contains(&(v / N)) && v % 2 == 0);
+    let o = run(&p, &face);
+    let open = |v: usize| face.mesh().neighbours(v).iter().any(|&j| o.states[j as usize] == VertexState::Unmeasured);
+    let inferred = |v: &usize| o.states[*v] == VertexState::Inferred;
+    let (outer, inner): (Vec<_>, Vec<_>) = (0..N * N).filter(inferred).partition(|v| open(*v));
+    assert!(!outer.is_empty() && !inner.is_empty());
+    assert!(outer.iter().all(|v| o.border[*v]) && !inner.iter().any(|v| o.border[*v]));
+}
+
+#[test]
+fn the_largest_force_stands_above_its_error_or_there_is_none() {
+    let face = face();
+    let mut p = project(&face);
+    mark_all(&mut p, &face, |_| true);
+    p.settings.marking_sigma_px = 0.01;
+    let mut o = run(&p, &face);
+    let Peak::Stands { vertex, force, sigma } = o.peak() else { panic!("{:?}", o.peak()) };
+    assert!(force > 2.0 * sigma && o.is_believed(vertex));
+    // A larger force with a larger error is not the largest that can be told from noise.
+    let other = (0..N * N).find(|v| o.is_believed(*v) && *v != vertex).unwrap();
+    o.field.force[other] = Vector3::new(3.0 * force, 0.0, 0.0);
+    o.field.sigma[other] = 1.6 * force;
+    assert_eq!(o.peak(), Peak::Stands { vertex, force, sigma });
+    assert_eq!(o.field.largest(&o.states).unwrap().0, other);
+    assert!(o.peak().in_words("N").starts_with("largest force 0."), "{}", o.peak().in_words("N"));
+    // All of them half as long as their error: hand-made, so that the median is known.
+    for v in 0..N * N {
+        o.field.sigma[v] = 2.0 * o.field.force[v].norm();
+    }
+    let Peak::Noise { median } = o.peak() else { panic!("{:?}", o.peak()) };
+    assert!((median - 0.5).abs() < 1e-12);
+    assert_eq!(
+        o.peak().in_words("N"),
+        "no force stands above twice its error; the median force is 0.50 times its error"
+    );
+    o.states.fill(VertexState::Unmeasured);
+    assert_eq!((o.peak(), o.median_over_error(), o.vertex_to_look_at()), (Peak::Unmeasured, None, None));
+}
+
+#[test]
+fn marks_outside_their_picture_are_warned_of_first() {
+    let face = face();
+    let mut p = project(&face);
+    mark_all(&mut p, &face, |_| true);
+    let frame = |side| FrameRef { path: "a.png".into(), sha256: "0".repeat(64), width_px: side, height_px: side };
+    (p.frames.first, p.frames.last) = (Some(frame(1000)), Some(frame(1000)));
+    assert!(!run(&p, &face).warnings.iter().any(|w| matches!(w, Warning::OutsidePicture { .. })));
+    p.frames.last = Some(frame(300));
+    let beyond = p.features.values().filter(|f| f.last.unwrap().at_px.iter().any(|c| *c > 300.0)).count();
+    let o = run(&p, &face);
+    assert!(matches!(o.warnings[0], Warning::OutsidePicture { count, .. } if count == beyond), "{:?}", o.warnings);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What is wrong with the values of a project: every fault with its place, so that one run shows them all.
 
 use super::document::{FaceSource, FrameRef, Mark, Project};
-use super::edit::{check_camera, check_not_negative, check_position, check_settings};
+use super::edit::{PointId, check_camera, check_not_negative, check_position, check_settings};
 use crate::face::FaceModel;
 
 /// One fault of a project.
@@ -75,24 +75,34 @@ pub fn of_bindings(project: &Project, face: &FaceModel) -> Vec<Fault> {
 /// Marks that count and lie outside their picture.
 pub fn of_extent(project: &Project) -> Vec<Fault> {
     let mut faults = Faults::default();
-    let first = project.landmarks.iter().map(|(id, m)| (format!("landmarks.{id}.at_px"), m, &project.frames.first));
-    let features = project.features.iter().flat_map(|(v, f)| {
-        let first = f.first.iter().map(move |m| (format!("features.{v}.first.at_px"), m, &project.frames.first));
-        let last = f.last.iter().map(move |m| (format!("features.{v}.last.at_px"), m, &project.frames.last));
-        first.chain(last)
-    });
-    for (place, mark, frame) in first.chain(features) {
-        if let Some(frame) = frame
-            && mark.state.is_data()
-        {
-            let [x, y] = mark.at_px;
-            let (w, h) = (f64::from(frame.width_px), f64::from(frame.height_px));
-            if !((0.0..=w).contains(&x) && (0.0..=h).contains(&y)) {
-                faults.add(place, format!("({x}, {y}) lies outside the picture of {w} × {h} px"));
-            }
-        }
+    for (id, [x, y]) in outside_picture(project) {
+        let (place, frame) = match &id {
+            PointId::Landmark(id) => (format!("landmarks.{id}.at_px"), &project.frames.first),
+            PointId::FeatureFirst(v) => (format!("features.{v}.first.at_px"), &project.frames.first),
+            PointId::FeatureLast(v) => (format!("features.{v}.last.at_px"), &project.frames.last),
+        };
+        let (w, h) = frame.as_ref().map_or((0, 0), |f| (f.width_px, f.height_px));
+        faults.add(place, format!("({x}, {y}) lies outside the picture of {w} × {h} px"));
     }
     faults.0
+}
+
+/// The points whose marks count and lie outside their picture, and where, px.
+pub fn outside_picture(project: &Project) -> Vec<(PointId, [f64; 2])> {
+    let (first, last) = (&project.frames.first, &project.frames.last);
+    let landmarks = project.landmarks.iter().map(|(id, m)| (PointId::Landmark(id.clone()), m, first));
+    let features = project.features.iter().flat_map(|(v, f)| {
+        let in_first = f.first.iter().map(move |m| (PointId::FeatureFirst(*v), m, first));
+        in_first.chain(f.last.iter().map(move |m| (PointId::FeatureLast(*v), m, last)))
+    });
+    let outside = |(id, mark, frame): (PointId, &Mark, &Option<FrameRef>)| {
+        let frame = frame.as_ref().filter(|_| mark.state.is_data())?;
+        let [x, y] = mark.at_px;
+        let (w, h) = (f64::from(frame.width_px), f64::from(frame.height_px));
+        let inside = (0.0..=w).contains(&x) && (0.0..=h).contains(&y);
+        (!inside).then_some((id, mark.at_px))
+    };
+    landmarks.chain(features).filter_map(outside).collect()
 }
 
 /// A SHA-256 as files hold it: 64 hexadecimal digits.

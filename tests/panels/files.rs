@@ -226,7 +226,7 @@ fn the_sample_opens_and_takes_its_frames_along_when_saved() {
     let mut window = empty(&person);
     window.state_mut().push(Command::Do(Action::OpenSample));
     settle(&mut window);
-    assert!(window.state().outcome().field.peak(&window.state().outcome().states).is_some());
+    assert!(window.state().outcome().field.largest(&window.state().outcome().states).is_some());
     assert!(window.query_by_label_contains("no such file").is_none());
     keys(&mut window, Modifiers::COMMAND, Key::S);
     window.run_steps(3);

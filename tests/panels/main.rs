@@ -5,6 +5,7 @@
 
 mod face;
 mod files;
+mod guiding;
 mod marking;
 mod pictures;
 mod stage;

@@ -50,17 +50,6 @@ fn landmarks_are_placed_one_after_the_other_and_the_wireframe_follows() {
 }
 
 #[test]
-fn a_landmark_is_placed_on_release_even_if_the_hand_shook() {
-    let (mut window, _folder) = window(false);
-    keys(&mut window, Modifiers::COMMAND, Key::L);
-    let first = frontalis::face::generic().landmarks()[0].id.clone();
-    let at = on_screen(&window, Which::First, [200.0, 150.0]);
-    drag(&mut window, &[at, at + Vec2::new(1.0, -1.0), at + Vec2::new(2.0, 0.0)]);
-    let mark = mark_of(&window, &PointId::Landmark(first)).unwrap();
-    assert!(near(mark, [200.0, 150.0], 0.1), "{mark:?}: a shake of two points moves nothing");
-}
-
-#[test]
 fn a_point_is_found_by_its_name_and_follows_the_hand() {
     let (mut window, _folder) = window(true);
     let v = frontalis::face::generic().region("forehead")[0];
@@ -343,16 +332,6 @@ fn with_the_features_tool_a_landmark_vertex_is_a_feature_and_is_the_one_that_is_
         keys(&mut window, Modifiers::COMMAND, Key::Z);
         assert!(window.state().project().features.is_empty());
     }
-}
-
-#[test]
-fn a_click_on_a_predicted_point_marks_it_where_it_is() {
-    let (mut window, _folder, _, _) = features_on_landmarks();
-    let Some(PointId::FeatureLast(v)) = window.state().view().focus.selected else { panic!("the guide asks") };
-    let p = window.state().outcome().last_in_image[v as usize];
-    let at = on_screen(&window, Which::Last, [p.x, p.y]);
-    click(&mut window, at + Vec2::new(2.0, 1.0));
-    assert!(near(mark_of(&window, &PointId::FeatureLast(v)).unwrap(), [p.x, p.y], 1e-6));
 }
 
 #[test]

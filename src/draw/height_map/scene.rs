@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use image::RgbImage;
 use nalgebra::{Point3, Vector3};
 
-use super::HeightMapOptions;
-use crate::draw::colour_map::{ColourMap, HATCHING, NOT_MEASURED};
+use super::{HeightMapOptions, Heights};
+use crate::draw::colour_map::{ColourMap, HATCHING, NOISE_HATCHING, NOT_MEASURED};
 use crate::draw::raster::{Colour, Corner, Hit, Line, Raster, colour};
 use crate::draw::ticks;
 
@@ -16,6 +16,9 @@ const INK: Colour = [0.08, 0.08, 0.11];
 
 /// Distance of the hatching's stripes on the face, and their width, mm.
 const HATCH_MM: [f64; 2] = [3.4, 1.1];
+
+/// Distance of the strokes over values below their noise, and the width of the dark and of the light one, mm.
+const NOISE_HATCH_MM: [f64; 2] = [3.4, 0.45];
 
 /// An axis on the edge of the floor.
 pub(super) struct Axis {
@@ -27,6 +30,8 @@ pub(super) struct Axis {
 #[derive(Clone, Copy)]
 enum Surface {
     Measured,
+    /// Measured, and below its noise.
+    Noise,
     NotMeasured,
     Wall,
     Floor,
@@ -37,7 +42,7 @@ pub(super) struct Scene {
     pub width: u32,
     pub height: u32,
     pub axes: Vec<Axis>,
-    /// Where the largest measured value stands, px.
+    /// Where the value to point out stands, px.
     pub peak_in_picture: Option<(f64, f64)>,
     colour_map: ColourMap,
     range: [f64; 2],
@@ -97,14 +102,8 @@ impl View {
 }
 
 impl Scene {
-    pub(super) fn new(
-        positions: &[Point3<f64>],
-        triangles: &[[u32; 3]],
-        values: &[Option<f64>],
-        options: &HeightMapOptions,
-        range: [f64; 2],
-        exaggeration: f64,
-    ) -> Self {
+    pub(super) fn new(heights: &Heights<'_>, options: &HeightMapOptions, range: [f64; 2], exaggeration: f64) -> Self {
+        let Heights { positions, values, .. } = *heights;
         let mut scene = Self {
             width: options.width_px.clamp(640, 8192),
             height: options.height_px.clamp(480, 8192),
@@ -128,14 +127,16 @@ impl Scene {
         scene.points = (0..n).map(|i| Point3::new(positions[i].x, positions[i].y, raised(i))).collect();
         scene.points.extend(positions.iter().map(|p| Point3::new(p.x, p.y, 0.0)));
         scene.values = values.iter().map(|v| v.unwrap_or(0.0)).chain(values.iter().map(|v| v.unwrap_or(0.0))).collect();
-        scene.raise(triangles, values, n);
+        scene.raise(heights, n);
         scene.lay_floor();
-        scene.place_peak(values);
+        let peak = heights.peak.as_ref().and_then(|(v, _)| scene.points.get(*v).filter(|_| *v < n));
+        scene.peak_in_picture = peak.map(|p| scene.view.corner(p)).map(|c| (c.x, c.y));
         scene
     }
 
     /// The measured surface with its walls, and the rest flat on the base.
-    fn raise(&mut self, triangles: &[[u32; 3]], values: &[Option<f64>], n: usize) {
+    fn raise(&mut self, heights: &Heights<'_>, n: usize) {
+        let Heights { triangles, values, below_noise, .. } = *heights;
         let mut sides: BTreeMap<(usize, usize), u32> = BTreeMap::new();
         let mut flat_edges = std::collections::BTreeSet::new();
         self.normals = vec![Vector3::zeros(); 2 * n];
@@ -148,7 +149,8 @@ impl Scene {
                 for i in t {
                     self.normals[i] += normal;
                 }
-                self.triangles.push((t, Surface::Measured));
+                let noise = t.iter().all(|&i| below_noise.get(i) == Some(&true));
+                self.triangles.push((t, if noise { Surface::Noise } else { Surface::Measured }));
                 for e in edges {
                     *sides.entry(e).or_default() += 1;
                 }
@@ -200,7 +202,7 @@ impl Scene {
         self.floor_lines.extend(along(ys).map(|y| [at(xs[0], y), at(xs[1], y)]));
 
         let (width, height) = (f64::from(self.width), f64::from(self.height));
-        let view_box = [70.0, 0.165 * height, width - 190.0, height - 64.0];
+        let view_box = [70.0, (0.165 * height).max(124.0), width - 200.0, height - 64.0];
         let mut view = self.view;
         view.fit(self.points.iter().copied(), view_box);
         self.view = view;
@@ -236,13 +238,6 @@ impl Scene {
         ];
     }
 
-    fn place_peak(&mut self, values: &[Option<f64>]) {
-        let measured = values.iter().enumerate().filter_map(|(i, v)| v.map(|v| (i, v)));
-        let Some((i, _)) = measured.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())) else { return };
-        let c = self.view.corner(&self.points[i]);
-        self.peak_in_picture = Some((c.x, c.y));
-    }
-
     pub(super) fn draw(&self) -> RgbImage {
         let corners: Vec<Corner> = self.points.iter().map(|p| self.view.corner(p)).collect();
         let triangles: Vec<[Corner; 3]> = self.triangles.iter().map(|(t, _)| t.map(|i| corners[i])).collect();
@@ -275,7 +270,10 @@ impl Scene {
                 let (edge, grey) = (colour(value_colour()), colour(HATCHING));
                 std::array::from_fn(|c| 0.45 * edge[c] + 0.4 * grey[c])
             }
-            Surface::Measured => {
+            Surface::Measured | Surface::Noise => {
+                if let (Surface::Noise, Some(stroke)) = (surface, self.noise_stroke(&blend)) {
+                    return colour(stroke);
+                }
                 let normal = Vector3::from_fn(|axis, _| blend(&|i| self.normals[i][axis]));
                 // Light from the upper left of the picture, whatever the view's turn.
                 let (sin, cos) = self.view.turn;
@@ -286,6 +284,16 @@ impl Scene {
                 lit(colour(value_colour()), (0.66 + 0.42 * facing) as f32)
             }
         }
+    }
+}
+
+impl Scene {
+    /// The stroke of the hatching of noise at a place, if one lies there: across the hatching of what was not measured.
+    fn noise_stroke(&self, blend: &dyn Fn(&dyn Fn(usize) -> f64) -> f64) -> Option<[u8; 3]> {
+        let across = blend(&|i| self.points[i].x) - blend(&|i| self.points[i].y);
+        let [pitch, width] = NOISE_HATCH_MM.map(|mm| mm * std::f64::consts::SQRT_2);
+        let stroke = (across.rem_euclid(pitch) / width) as usize;
+        NOISE_HATCHING.get(stroke).copied()
     }
 }
 

@@ -21,49 +21,104 @@ fn bump(n: usize) -> Sheet {
     (positions, triangles, values)
 }
 
+/// Draws values without errors, the largest pointed out.
+fn draw((positions, triangles, values): &Sheet, options: &HeightMapOptions) -> Result<RgbImage, HeightMapError> {
+    render(&heights(positions, triangles, values), options)
+}
+
+fn heights<'a>(positions: &'a [Point3<f64>], triangles: &'a [[u32; 3]], values: &'a [Option<f64>]) -> Heights<'a> {
+    Heights {
+        positions,
+        triangles,
+        values,
+        below_noise: &[],
+        sets_range: &[],
+        peak: None,
+        finding: String::new(),
+        warning: String::new(),
+    }
+}
+
 fn count(picture: &RgbImage, rgb: [u8; 3]) -> usize {
     picture.pixels().filter(|p| p.0.iter().zip(rgb).all(|(a, b)| a.abs_diff(b) <= 2)).count()
 }
 
 #[test]
 fn measured_skin_is_coloured_and_the_rest_is_grey() {
-    let (positions, triangles, values) = bump(21);
+    let sheet = bump(21);
     let options = HeightMapOptions { title: "A bump".to_owned(), ..HeightMapOptions::default() };
-    let picture = render(&positions, &triangles, &values, &options).unwrap();
+    let picture = draw(&sheet, &options).unwrap();
     assert_eq!(picture.dimensions(), (1280, 960));
     // A quarter of the sheet lies below y = −41.
     assert!(count(&picture, NOT_MEASURED) > 10_000, "{}", count(&picture, NOT_MEASURED));
     // The yellow end of viridis stands on the peak and in the colour bar.
     assert!(picture.pixels().filter(|p| p.0[0] > 200 && p.0[1] > 190 && p.0[2] < 90).count() > 500);
-    let none = render(&positions, &triangles, &vec![None; positions.len()], &options).unwrap();
+    let none = draw(&(sheet.0.clone(), sheet.1, vec![None; sheet.0.len()]), &options).unwrap();
     assert!(none.enumerate_pixels().filter(|(x, _, p)| *x < 1100 && p.0[0] > 200 && p.0[2] < 90).count() == 0);
 }
 
 #[test]
-fn range_and_exaggeration_are_chosen_as_said() {
-    assert_eq!(auto_range(&[Some(0.1), None, Some(0.142)]), [0.0, 0.142]);
-    assert_eq!(auto_range(&[Some(-0.3), Some(0.142)]), [-0.3, 0.3]);
-    assert_eq!(auto_range(&[None]), [0.0, 1.0]);
+fn the_exaggeration_is_chosen_as_said() {
     // 0.36 × 160 mm / 0.14 N = 411 mm/N, rounded down to 400.
     assert_eq!(auto_exaggeration(160.0, [0.0, 0.14]), 400.0);
-    assert_eq!(significant(0.142_49), "0.142");
-    assert_eq!(significant(-12.34), "−12.3");
-    assert_eq!(significant(250.0), "250");
+}
+
+#[test]
+fn values_below_their_noise_are_hatched_dark_and_light_on_the_brightest_colour_too() {
+    let (positions, triangles, values) = bump(21);
+    // All at the end of the range: the brightest colour of the map everywhere.
+    let flat: Vec<_> = values.iter().map(|v| v.map(|_| 0.1)).collect();
+    let options = HeightMapOptions { range: Some([0.0, 0.1]), ..HeightMapOptions::default() };
+    let hatched = |below: bool| {
+        let below_noise = &vec![below; positions.len()][..];
+        let picture = render(&Heights { below_noise, ..heights(&positions, &triangles, &flat) }, &options).unwrap();
+        // Beside the legend.
+        let drawn = picture.enumerate_pixels().filter(|(x, y, _)| *x < 1080 && *y > 160);
+        let of = |[r, g, b]: [u8; 3]| {
+            drawn
+                .clone()
+                .filter(|(_, _, p)| p.0[0].abs_diff(r).max(p.0[1].abs_diff(g)).max(p.0[2].abs_diff(b)) < 14)
+                .count()
+        };
+        NOISE_HATCHING.map(of)
+    };
+    let [dark, _] = hatched(false);
+    let [dark_below, light_below] = hatched(true);
+    assert!(dark_below > dark + 5_000, "{dark} {dark_below}");
+    assert!(light_below > 5_000, "{light_below}");
+}
+
+#[test]
+fn what_may_not_set_the_range_does_not() {
+    let (positions, triangles, mut values) = bump(21);
+    let sets: Vec<bool> = (0..values.len()).map(|i| i != values.len() - 1).collect();
+    let last = values.len() - 1;
+    let bright = |values: &[Option<f64>], sets_range: &[bool]| {
+        let drawn = Heights { sets_range, ..heights(&positions, &triangles, values) };
+        let picture = render(&drawn, &HeightMapOptions::default()).unwrap();
+        picture.enumerate_pixels().filter(|(x, _, p)| *x < 1080 && p.0[0] > 150 && p.0[2] < 90).count()
+    };
+    let before = bright(&values, &sets);
+    values[last] = Some(0.2);
+    assert!(bright(&values, &sets) > before / 2, "the bump keeps its colours");
+    assert!(bright(&values, &[]) < before / 2, "without the list all may set it");
 }
 
 #[test]
 fn nonsense_is_refused_by_name() {
     let (positions, triangles, values) = bump(3);
     let options = HeightMapOptions::default();
-    assert!(matches!(render(&positions, &triangles, &values[1..], &options), Err(HeightMapError::Lengths { .. })));
-    assert!(matches!(
-        render(&positions, &[[0, 1, 9]], &values, &options),
-        Err(HeightMapError::Index { triangle: 0, .. })
-    ));
+    let draw = |positions: &[Point3<f64>], triangles: &[[u32; 3]], values: &[Option<f64>]| {
+        render(&heights(positions, triangles, values), &options)
+    };
+    assert!(matches!(draw(&positions, &triangles, &values[1..]), Err(HeightMapError::Lengths { .. })));
+    let short = Heights { below_noise: &[true], ..heights(&positions, &triangles, &values) };
+    assert!(matches!(render(&short, &options), Err(HeightMapError::Lengths { values: 1, .. })));
+    assert!(matches!(draw(&positions, &[[0, 1, 9]], &values), Err(HeightMapError::Index { triangle: 0, .. })));
     let mut broken = values.clone();
     broken[4] = Some(f64::NAN);
-    assert!(matches!(render(&positions, &triangles, &broken, &options), Err(HeightMapError::NotFinite("a value"))));
+    assert!(matches!(draw(&positions, &triangles, &broken), Err(HeightMapError::NotFinite("a value"))));
     // Nothing at all is still a picture.
-    assert!(render(&[], &[], &[], &options).is_ok());
-    assert!(render(&positions, &triangles, &[Some(0.0); 9], &options).is_ok());
+    assert!(draw(&[], &[], &[]).is_ok());
+    assert!(draw(&positions, &triangles, &[Some(0.0); 9]).is_ok());
 }

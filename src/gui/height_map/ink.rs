@@ -3,6 +3,8 @@
 use egui::epaint::Vertex;
 use egui::{Color32, Mesh, Pos2, TextureId, Vec2, pos2};
 
+use crate::draw::colour_map::NOISE_HATCHING;
+
 /// Texture coordinate of plain colour: the lower half of the palette's texture is white.
 const PLAIN: Pos2 = pos2(0.5, 0.75);
 
@@ -31,8 +33,8 @@ pub struct Inks {
     pub contour: Color32,
     /// The cliff at the end of what was measured.
     pub cliff: Color32,
-    /// Hatching of what lies below the noise.
-    pub noise: Color32,
+    /// Hatching of what lies below the noise: its dark and its light stroke.
+    pub noise: [Color32; 2],
     /// Dark part of a marker.
     pub marker: Color32,
     /// Light part of a marker.
@@ -55,6 +57,7 @@ impl Inks {
             (true, true) => Color32::from_rgb(72, 207, 173),
             (false, true) => Color32::from_rgb(0, 121, 107),
         };
+        let noise = NOISE_HATCHING.map(|[r, g, b]| Color32::from_rgb(r, g, b));
         let grey = Color32::from_gray;
         let clear = |level: u8, alpha: u8| Color32::from_rgba_unmultiplied(level, level, level, alpha);
         if visuals.dark_mode {
@@ -70,7 +73,7 @@ impl Inks {
                 wire: clear(0, 80),
                 contour: clear(0, 190),
                 cliff: Color32::from_rgba_unmultiplied(120, 124, 134, 150),
-                noise: clear(255, 150),
+                noise,
                 marker: grey(12),
                 halo: grey(240),
                 selected,
@@ -90,7 +93,7 @@ impl Inks {
                 wire: clear(0, 60),
                 contour: clear(0, 190),
                 cliff: Color32::from_rgba_unmultiplied(150, 154, 163, 150),
-                noise: clear(255, 170),
+                noise,
                 marker: grey(12),
                 halo: grey(250),
                 selected,

@@ -5,6 +5,7 @@ use super::quantity::{Direction, Layer, Quantity};
 use super::range::{ColourRange, RangeMode, round_down};
 use super::surface::Relief;
 use crate::draw::colour_map::ColourMap;
+pub use crate::draw::numbers::{fixed, significant, with_error};
 
 /// How standard errors are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -63,47 +64,6 @@ pub fn exaggeration_text(mm_per_unit: f64, unit: &str) -> String {
         "mm" => format!("height ×{factor}"),
         "" => format!("height ×{factor} mm per unit"),
         _ => format!("height ×{factor} mm per relative unit"),
-    }
-}
-
-/// A number with that many significant digits, without an exponent.
-pub fn significant(value: f64, digits: i32) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return if value == 0.0 { "0".to_owned() } else { "–".to_owned() };
-    }
-    let decimals = (digits - 1 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
-    let text = format!("{value:.decimals$}");
-    if all_zeros(&text) {
-        return fixed(0.0, 2);
-    }
-    // 0.0996 to two digits is 0.10, not 0.100.
-    let carried = text.parse::<f64>().is_ok_and(|v| v.abs().log10().floor() > value.abs().log10().floor());
-    let text = if carried && decimals > 0 { format!("{value:.*}", decimals - 1) } else { text };
-    if text.starts_with('-') { text.replacen('-', "−", 1) } else { text }
-}
-
-/// "−0.12": with so many decimals, and without a sign before nothing but zeros.
-pub fn fixed(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    match text.strip_prefix('-') {
-        Some(rest) if all_zeros(rest) => rest.to_owned(),
-        Some(rest) => format!("−{rest}"),
-        None => text,
-    }
-}
-
-fn all_zeros(text: &str) -> bool {
-    text.chars().all(|c| matches!(c, '-' | '0' | '.'))
-}
-
-/// "0.140 ± 0.021": the value with as many decimals as its error has to two digits.
-pub fn with_error(value: f64, error: Option<f64>) -> String {
-    match error.filter(|e| *e >= 1e-6 && e.is_finite()) {
-        Some(error) => {
-            let decimals = (1 - error.log10().floor() as i32).clamp(0, 6) as usize;
-            format!("{} ± {error:.decimals$}", fixed(value, decimals))
-        }
-        None => significant(value, 3),
     }
 }
 
@@ -222,20 +182,5 @@ mod tests {
         assert_eq!(exaggeration_text(mm, "N"), "height ×100 mm/N");
         assert_eq!(exaggeration_text(0.15, "relative"), "height ×0.15 mm per relative unit");
         assert_eq!(Exaggeration::Fixed(12.0).mm_per_unit(ColourRange::new(0.0, 0.4)), 12.0);
-    }
-
-    #[test]
-    fn numbers_show_the_digits_that_they_carry() {
-        assert_eq!(significant(0.1446, 3), "0.145");
-        assert_eq!(significant(-1234.5, 3), "−1234");
-        assert_eq!(significant(0.0, 3), "0");
-        assert_eq!(significant(0.0996, 2), "0.10");
-        assert_eq!(significant(f64::NAN, 2), "–");
-        assert_eq!(with_error(0.1446, Some(0.0213)), "0.145 ± 0.021");
-        assert_eq!(with_error(-0.1446, None), "−0.145");
-        assert_eq!(with_error(-0.0001, Some(0.5)), "0.00 ± 0.50");
-        assert_eq!(significant(-7.1e-15, 3), "0.00");
-        assert_eq!(fixed(-0.001, 2), "0.00");
-        assert_eq!(fixed(-0.126, 2), "−0.13");
     }
 }

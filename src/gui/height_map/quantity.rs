@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 
-use crate::displacement::VertexState;
 use crate::face::{FaceModel, Muscle};
 use crate::pipeline::Outcome;
 
@@ -139,15 +138,8 @@ impl Layer {
                 (known && there).then(|| value(v)).filter(|x| x.is_finite())
             })
             .collect();
-        let any_believed = (0..values.len()).any(|v| outcome.is_believed(v));
-        let sets_range = (0..values.len())
-            .map(|v| {
-                if any_believed {
-                    return outcome.is_believed(v);
-                }
-                matches!(outcome.states.get(v), Some(VertexState::Measured | VertexState::Inferred))
-            })
-            .collect();
+        let mut sets_range = outcome.speaks();
+        sets_range.resize(values.len(), false);
         let is_force =
             matches!(quantity, Quantity::Magnitude | Quantity::Along | Quantity::Tangential | Quantity::Normal);
         let title = match (quantity, direction, muscle) {

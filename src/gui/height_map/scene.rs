@@ -19,6 +19,7 @@ use crate::displacement::VertexState;
 use crate::face::mesh::{Mesh, NONE};
 use crate::gui::orbit_view::Projection;
 use crate::pipeline::Outcome;
+use crate::pipeline::peak::STANDS_ABOVE;
 
 /// Everything that is drawn.
 pub struct Scene<'a> {
@@ -94,11 +95,11 @@ enum Part {
 /// Distance of hatch lines in the plan, mm.
 const HATCH_MM: f64 = 3.2;
 /// Distance of the hatch lines of noise, mm.
-const NOISE_HATCH_MM: f64 = 2.0;
+const NOISE_HATCH_MM: f64 = 3.4;
+/// Widths of their dark and of their light stroke, ui points.
+const NOISE_WIDTHS: [f32; 2] = [3.0, 1.2];
 /// Edges shorter than this on the screen are not drawn: they would be a grey fog.
 const SHORTEST_EDGE: f32 = 4.0;
-/// Below this many standard errors a force is noise.
-pub const NOISE_SIGMAS: f64 = 2.0;
 
 impl Scene<'_> {
     /// Paints everything into `ink`.
@@ -226,13 +227,14 @@ impl Scene<'_> {
         ink.shared_triangle(corners.map(|v| corner[v]));
         let top = corners.map(|v| s.top[v]);
         if let (true, Some(sigma)) = (self.options.below_noise, sigma)
-            && value.iter().zip(sigma).all(|(v, s)| v.abs() < NOISE_SIGMAS * s)
+            && value.iter().zip(sigma).all(|(v, s)| v.abs() < STANDS_ABOVE * s)
         {
-            // Light on the dark end of a magnitude's colours, dark on the pale middle of a signed value's.
-            let noise = if self.layer.signed { self.inks.wire.gamma_multiply(1.6) } else { self.inks.noise };
+            // A dark stroke with a light one in it: one of the two stands out on any colour.
             let stripes = corners.map(|v| s.base[v].x - s.base[v].y);
-            for level in levels_between(stripes, NOISE_HATCH_MM * std::f64::consts::SQRT_2) {
-                self.piece(top, level_piece(stripes, level), 0.9, noise, ink);
+            for (width, stroke) in NOISE_WIDTHS.into_iter().zip(self.inks.noise) {
+                for level in levels_between(stripes, NOISE_HATCH_MM * std::f64::consts::SQRT_2) {
+                    self.piece(top, level_piece(stripes, level), width, stroke, ink);
+                }
             }
         }
         if self.options.contours {
@@ -365,32 +367,33 @@ impl Scene<'_> {
             ink.arrow(centre, head, 1.4, self.inks.arrow);
         }
         if self.options.markers {
-            self.marker(centre, size, state, border, ink);
+            draw_marker(ink, centre, size, state, border, self.inks);
         }
     }
+}
 
-    /// Told apart by shape: measured a dot, inferred a small ring, fixed a square; the border's have a dotted outline.
-    fn marker(&self, centre: Pos2, size: f32, state: VertexState, border: bool, ink: &mut Ink) {
-        let (marker, halo) = (self.inks.marker, self.inks.halo.gamma_multiply(0.75));
-        match state {
-            VertexState::Measured => {
-                ink.disc(centre, 2.3 * size, halo);
-                ink.disc(centre, 1.6 * size, marker);
-            }
-            VertexState::Inferred => {
-                ink.ring(centre, 2.1 * size, 2.0 * size, halo, false);
-                ink.ring(centre, 2.1 * size, 0.9 * size, marker, false);
-            }
-            VertexState::Fixed => {
-                ink.square(centre, 2.8 * size, halo);
-                ink.square(centre, 2.0 * size, marker);
-            }
-            VertexState::Unmeasured => {}
+/// Told apart by shape: measured a dot, inferred a small ring, fixed a square; the border's have a dotted outline. The legend shows
+/// them by this same function.
+pub fn draw_marker(ink: &mut Ink, centre: Pos2, size: f32, state: VertexState, border: bool, inks: &Inks) {
+    let (marker, halo) = (inks.marker, inks.halo.gamma_multiply(0.75));
+    match state {
+        VertexState::Measured => {
+            ink.disc(centre, 2.3 * size, halo);
+            ink.disc(centre, 1.6 * size, marker);
         }
-        if border {
-            ink.ring(centre, 4.6 * size, 2.2 * size, halo, true);
-            ink.ring(centre, 4.6 * size, 1.2 * size, marker, true);
+        VertexState::Inferred => {
+            ink.ring(centre, 2.1 * size, 2.0 * size, halo, false);
+            ink.ring(centre, 2.1 * size, 0.9 * size, marker, false);
         }
+        VertexState::Fixed => {
+            ink.square(centre, 2.8 * size, halo);
+            ink.square(centre, 2.0 * size, marker);
+        }
+        VertexState::Unmeasured => {}
+    }
+    if border {
+        ink.ring(centre, 4.6 * size, 2.2 * size, halo, true);
+        ink.ring(centre, 4.6 * size, 1.2 * size, marker, true);
     }
 }
 

@@ -4,7 +4,7 @@ use egui::RichText;
 
 use crate::gui::height_map::options::{fixed, significant, with_error};
 use crate::gui::{Command, Focus, Scene, theme};
-use crate::pipeline::Warning;
+use crate::pipeline::{Peak, Warning};
 use crate::project::PointId;
 
 /// Shows the numbers.
@@ -18,6 +18,9 @@ fn numbers(ui: &mut egui::Ui, scene: Scene<'_>, focus: &mut Focus, commands: &mu
     heading(ui, "Landmark fit");
     grid(ui, "fit", |ui| {
         row(ui, "Landmarks placed", format!("{} of {}", o.fit.placed, o.fit.of), "");
+        if o.fit.placed == 0 {
+            return;
+        }
         row(
             ui,
             "Residual before the morph",
@@ -91,6 +94,7 @@ fn places_of(warning: &Warning) -> Vec<(PointId, String)> {
         Warning::Folded { vertex, .. } => vec![(PointId::FeatureLast(*vertex), format!("Go to vertex {vertex}"))],
         Warning::Swapped { ids, names } => ids.iter().zip(names).map(|(id, name)| landmark(id, name)).collect(),
         Warning::Crumpled { id, name, .. } | Warning::Misplaced { id, name, .. } => vec![landmark(id, name)],
+        Warning::OutsidePicture { first, .. } => vec![(first.clone(), format!("Go to {first}"))],
         _ => Vec::new(),
     }
 }
@@ -132,10 +136,11 @@ fn forces(ui: &mut egui::Ui, scene: Scene<'_>, focus: &mut Focus, commands: &mut
     let o = scene.outcome;
     let unit = o.unit();
     let known = o.states.iter().filter(|s| s.is_known()).count();
-    let Some((vertex, peak)) = o.peak() else {
+    let peak = o.peak();
+    if peak == Peak::Unmeasured {
         ui.label("Mark feature points in the last frame to see forces.");
         return;
-    };
+    }
     grid(ui, "forces", |ui| {
         row(ui, "Points marked", scene.project.measured_count().to_string(), "");
         row(
@@ -144,12 +149,16 @@ fn forces(ui: &mut egui::Ui, scene: Scene<'_>, focus: &mut Focus, commands: &mut
             format!("{known} of {}", o.states.len()),
             "Marked, filled in between marks, or held.",
         );
-        let sigma = o.field.sigma.get(vertex).copied();
+        if let Peak::Stands { force, sigma, .. } = peak {
+            let tooltip = "Of those that can be believed and stand above twice their error, and its standard error from the marking error.";
+            row(ui, "Largest force", format!("{} {unit}", with_error(force, Some(sigma))), tooltip);
+        }
+        let median = o.median_over_error().unwrap_or(0.0);
         row(
             ui,
-            "Greatest force",
-            format!("{} {unit}", with_error(peak, sigma)),
-            "And its standard error from the marking error.",
+            "Median force / error",
+            significant(median, 2),
+            "Below 2, most of the field cannot be told from the noise of marking.",
         );
         row(
             ui,
@@ -158,6 +167,10 @@ fn forces(ui: &mut egui::Ui, scene: Scene<'_>, focus: &mut Focus, commands: &mut
             "Zero but for rounding: the self-check of the field.",
         );
     });
+    let Some(vertex) = peak.vertex() else {
+        ui.label("No force stands above twice its error.");
+        return;
+    };
     let response = ui.link(format!("Go to vertex {vertex}"));
     if response.hovered() {
         focus.hover(vertex as u32);

@@ -3,7 +3,7 @@
 use egui::{ProgressBar, RichText};
 
 use super::frames::SideTab;
-use super::frames::points;
+use super::frames::{guide, points};
 use crate::displacement::VertexState;
 use crate::gui::height_map::options::{fixed, with_error};
 use crate::gui::jobs::Jobs;
@@ -18,6 +18,8 @@ pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut ViewState, jobs: &Jo
         if let Some(n) = &view.notice {
             let colour = if n.kind == NoticeKind::Refused { p.warn } else { p.good };
             ui.colored_label(colour, &n.text);
+        } else if let Some(press) = press_now(scene, view) {
+            ui.label(press);
         } else {
             let marked = scene.project.measured_count();
             let (placed, of) = (scene.project.landmarks.len(), scene.face.landmarks().len());
@@ -52,6 +54,16 @@ pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut ViewState, jobs: &Jo
             }
         });
     });
+}
+
+/// What a press does, while a guide asks for points.
+fn press_now(scene: Scene<'_>, view: &ViewState) -> Option<String> {
+    if view.workspace != Workspace::Frames {
+        return None;
+    }
+    let chosen = points::chosen_vertices(scene, &view.frames.regions);
+    let press = guide::what_a_press_does(scene, &chosen, &view.frames, &view.focus)?;
+    Some(format!("{press}   ·   Ctrl+press: another point"))
 }
 
 /// The pixel under the pointer, or the vertex with its force.

@@ -195,9 +195,10 @@ fn without_border(scene: Scene<'_>, layer: &Layer, show_border: bool) -> Option<
     Some(layer)
 }
 
-/// mm of arrow per unit of force: the largest force that can be believed is drawn about [`LONGEST_ARROW_MM`] long.
+/// mm of arrow per unit of force: the largest force is drawn about [`LONGEST_ARROW_MM`] long.
 fn arrow_scale(scene: Scene<'_>) -> f64 {
-    let largest = scene.outcome.peak().map_or(1.0, |(_, f)| f);
+    let vertex = scene.outcome.vertex_to_look_at();
+    let largest = vertex.and_then(|v| scene.outcome.field.force.get(v)).map_or(1.0, nalgebra::Vector3::norm);
     round_down(LONGEST_ARROW_MM / largest.max(1e-12))
 }
 

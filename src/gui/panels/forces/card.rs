@@ -7,6 +7,7 @@ use crate::gui::Scene;
 use crate::gui::height_map::Layer;
 use crate::gui::height_map::options::{fixed, significant, with_error};
 use crate::gui::height_map::quantity::{fibre_direction, muscle_at, muscle_name};
+use crate::pipeline::peak::STANDS_ABOVE;
 
 /// Shows the card of a vertex, or how to get one.
 pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, layer: &Layer, first: &[Point3<f64>], vertex: Option<usize>) {
@@ -65,7 +66,7 @@ fn forces(ui: &mut Ui, scene: Scene<'_>, v: usize) {
     ui.end_row();
     if let Some(sigma) = sigma.filter(|s| *s > 0.0) {
         let ratio = force.norm() / sigma;
-        let verdict = if ratio < 2.0 { " (noise)" } else { "" };
+        let verdict = if ratio < STANDS_ABOVE { " (noise)" } else { "" };
         row(ui, "Force / ±", &format!("{}{verdict}", significant(ratio, 2)));
     }
     let components = [("Force x, y, z", [force.x, force.y, force.z].map(|c| significant(c, 2)).join(", "))];

@@ -43,7 +43,7 @@ pub(super) fn draw(
     }
     let Some([from, to]) = span(chart.section) else {
         painter.rect_filled(plot, 0.0, inks.unmeasured);
-        hatch(painter, plot, inks.hatch, false);
+        hatch(painter, plot, Stroke::new(1.0, inks.hatch), false);
         painter.text(
             plot.center(),
             Align2::CENTER_CENTER,
@@ -147,7 +147,7 @@ fn gaps(painter: &Painter, plot: Rect, section: &Section, [from, to]: [f64; 2], 
             let gap = Rect::from_x_y_ranges(x(reached)..=x(begin.min(to)), plot.y_range());
             if begin < to {
                 painter.rect_filled(gap, 0.0, inks.unmeasured);
-                hatch(painter, gap, inks.hatch, false);
+                hatch(painter, gap, Stroke::new(1.0, inks.hatch), false);
             }
         }
         reached = reached.max(end);

@@ -1,12 +1,13 @@
 //! The words on the canvas: title, exaggeration, and the legend of the markers and hatchings.
 
-use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Vec2, pos2, vec2};
+use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, TextureId, pos2, vec2};
 
 use super::canvas::Stage;
 use crate::displacement::VertexState;
 use crate::gui::height_map::Relief;
-use crate::gui::height_map::ink::Inks;
+use crate::gui::height_map::ink::{Ink, Inks};
 use crate::gui::height_map::options::{exaggeration_text, noise_floor, significant};
+use crate::gui::height_map::scene::draw_marker;
 
 /// Title, exaggeration and legend.
 pub(super) fn captions(painter: &Painter, stage: &Stage<'_>) {
@@ -81,38 +82,44 @@ fn legend(painter: &Painter, stage: &Stage<'_>) {
 
 fn draw_sign(painter: &Painter, at: Pos2, sign: Sign, inks: &Inks) {
     let swatch = Rect::from_center_size(at, vec2(14.0, 10.0));
-    let (ink, thin) = (inks.text, Stroke::new(1.0, inks.text));
     match sign {
-        Sign::Measured => _ = painter.circle_filled(at, 2.4, ink),
-        Sign::Inferred => _ = painter.circle_stroke(at, 2.4, thin),
-        Sign::Fixed => _ = painter.rect_filled(Rect::from_center_size(at, Vec2::splat(5.0)), 0.0, ink),
-        Sign::Border => {
-            painter.circle_filled(at, 1.8, ink);
-            for k in 0..6 {
-                let point = |k: f32| at + Vec2::angled(k / 12.0 * std::f32::consts::TAU) * 4.8;
-                painter.line_segment([point(2.0 * k as f32), point(2.0 * k as f32 + 1.0)], Stroke::new(1.2, ink));
-            }
-        }
+        Sign::Measured => marker(painter, at, VertexState::Measured, false, inks),
+        Sign::Inferred => marker(painter, at, VertexState::Inferred, false, inks),
+        Sign::Fixed => marker(painter, at, VertexState::Fixed, false, inks),
+        Sign::Border => marker(painter, at, VertexState::Measured, true, inks),
         Sign::Unmeasured => {
             painter.rect_filled(swatch, 1.0, inks.unmeasured);
-            hatch(painter, swatch, inks.hatch, false);
+            hatch(painter, swatch, Stroke::new(1.0, inks.hatch), false);
             painter.rect_stroke(swatch, 1.0, Stroke::new(0.8, inks.hatch), egui::StrokeKind::Inside);
         }
         Sign::Noise => {
-            painter.rect_filled(swatch, 1.0, Color32::from_rgb(62, 74, 137));
-            hatch(painter, swatch, inks.noise, true);
+            painter.rect_filled(swatch, 1.0, Color32::from_rgb(53, 183, 121));
+            hatch(painter, swatch, Stroke::new(2.6, inks.noise[0]), true);
+            hatch(painter, swatch, Stroke::new(1.0, inks.noise[1]), true);
         }
     }
 }
 
+/// The marker of a vertex, as the map draws it: by the same code, a little larger than on a map with room.
+fn marker(painter: &Painter, at: Pos2, state: VertexState, border: bool, inks: &Inks) {
+    let mut ink = Ink::new(TextureId::default(), painter.ctx().pixels_per_point());
+    draw_marker(&mut ink, at, 1.1, state, border, inks);
+    let mut mesh = ink.into_mesh();
+    // The default texture is the one of the letters; its first texel is white.
+    for vertex in &mut mesh.vertices {
+        vertex.uv = egui::epaint::WHITE_UV;
+    }
+    painter.add(egui::Shape::mesh(mesh));
+}
+
 /// Diagonal lines over a rectangle.
-pub(super) fn hatch(painter: &Painter, rect: Rect, colour: Color32, falling: bool) {
+pub(super) fn hatch(painter: &Painter, rect: Rect, stroke: Stroke, falling: bool) {
     let clipped = painter.with_clip_rect(rect.intersect(painter.clip_rect()));
     let mut x = rect.left() - rect.height();
     while x < rect.right() {
         let (a, b) = (pos2(x, rect.bottom()), pos2(x + rect.height(), rect.top()));
         let ends = if falling { [pos2(a.x, b.y), pos2(b.x, a.y)] } else { [a, b] };
-        clipped.line_segment(ends, Stroke::new(1.0, colour));
+        clipped.line_segment(ends, stroke);
         x += 5.0;
     }
 }

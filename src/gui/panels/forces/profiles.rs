@@ -32,7 +32,7 @@ pub(super) fn show(
     focus: &mut Focus,
     commands: &mut Vec<Command>,
 ) {
-    let through = selected.or_else(|| scene.outcome.peak().map(|(v, _)| v));
+    let through = selected.or_else(|| scene.outcome.vertex_to_look_at());
     ui.horizontal_wrapped(|ui| {
         ui.weak(match (selected, through) {
             (Some(v), _) => format!("through vertex {v}"),
@@ -100,7 +100,7 @@ pub(super) fn lines(
     first: &[Point3<f64>],
     selected: Option<usize>,
 ) -> Option<(Point3<f64>, [Line; 2])> {
-    let through = selected.or_else(|| scene.outcome.peak().map(|(v, _)| v))?;
+    let through = selected.or_else(|| scene.outcome.vertex_to_look_at())?;
     let at = *first.get(through)?;
     let band = 0.5 * scene.face.mesh().mean_edge_length();
     let muscle = view.options.muscle.and_then(|m| scene.face.muscles().get(m)).filter(|_| view.profile_along_fibre);

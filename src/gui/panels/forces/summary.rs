@@ -7,7 +7,8 @@ use super::select;
 use crate::displacement::VertexState;
 use crate::gui::height_map::options::{significant, with_error};
 use crate::gui::height_map::quantity::{muscle_at, muscle_name};
-use crate::gui::{Command, Focus, Scene};
+use crate::gui::{Command, Focus, Scene, run_command::capital};
+use crate::pipeline::{Outcome, Peak};
 
 /// Shows the lines.
 pub(super) fn show(
@@ -19,39 +20,26 @@ pub(super) fn show(
 ) {
     let outcome = scene.outcome;
     let unit = outcome.unit();
-    let peak = outcome.peak();
-    let of_all = outcome.field.peak(&outcome.states);
+    let of_all = outcome.field.largest(&outcome.states);
     ui.add_space(6.0);
-    ui.strong("Peak force");
-    match peak {
-        Some((v, force)) => {
-            let at = first.get(v).copied().unwrap_or_default();
-            let sigma = outcome.field.sigma.get(v).copied();
-            ui.label(format!("{} {unit}", with_error(force, sigma)));
+    ui.strong("Largest force");
+    match outcome.peak() {
+        Peak::Stands { vertex, force, sigma } => {
+            let at = first.get(vertex).copied().unwrap_or_default();
+            ui.label(format!("{} {unit}", with_error(force, Some(sigma))));
             let place = format!("x {:.0}, y {:.0} mm", at.x, at.y).replace('-', "−");
-            let link = ui.link(format!("vertex {v} at {place}")).on_hover_text("Select it");
-            if link.hovered() {
-                focus.hover(v as u32);
-            }
-            if link.clicked() {
-                select(commands, v);
-            }
-            if let Some(m) = muscle_at(outcome, scene.face, v) {
+            link(ui, format!("vertex {vertex} at {place}"), "Select it", vertex, focus, commands);
+            if let Some(m) = muscle_at(outcome, scene.face, vertex) {
                 ui.weak(format!("in {}", muscle_name(&scene.face.muscles()[m])));
             }
-            if let Some((border, force)) = of_all.filter(|all| all.0 != v) {
-                let words = format!("{} {unit} on the border, vertex {border}", significant(force, 3));
-                let hint = "Larger, but it carries the reaction of skin that nobody measured. Click to select it.";
-                let link = ui.link(words).on_hover_text(hint);
-                if link.hovered() {
-                    focus.hover(border as u32);
-                }
-                if link.clicked() {
-                    select(commands, border);
-                }
-            }
         }
-        None => _ = ui.weak("none: no vertex is measured"),
+        finding => _ = ui.label(capital(&finding.in_words(unit)) + "."),
+    }
+    let larger = of_all.filter(|(v, f)| outcome.peak().force().is_some_and(|peak| *f > peak) && !speaks(outcome, *v));
+    if let Some((vertex, force)) = larger {
+        let (place, why) = why_not(outcome, vertex);
+        let words = format!("{} {unit} {place}, vertex {vertex}", significant(force, 3));
+        link(ui, words, why, vertex, focus, commands);
     }
     ui.separator();
 
@@ -67,7 +55,7 @@ pub(super) fn show(
             .collect();
     ui.label(parts.join(", "));
     if border > 0 {
-        ui.weak(format!("{border} of the measured on the border"));
+        ui.weak(format!("{border} of them on the border"));
     }
     ui.separator();
 
@@ -77,8 +65,10 @@ pub(super) fn show(
     // Rounding adds up over the springs; a thousandth of a millionth of the largest force is far above it.
     let holds = sum <= 1e-9 * largest.max(f64::MIN_POSITIVE) || sum == 0.0;
     let verdict = if holds { "holds" } else { "is broken" };
-    let text =
-        format!("Sum of internal forces {sum:.1e} {unit}, largest force {} {unit}: {verdict}", significant(largest, 3));
+    let text = format!(
+        "Sum of internal forces {sum:.1e} {unit}, of forces up to {} {unit}: {verdict}",
+        significant(largest, 3)
+    );
     if holds {
         ui.label(text.replace("e-", "e−"));
     } else {
@@ -91,4 +81,43 @@ pub(super) fn show(
             ui.colored_label(ui.visuals().warn_fg_color, warning.to_string());
         }
     }
+}
+
+/// A line that lights a vertex up under the pointer, and selects it by a click.
+fn link(ui: &mut Ui, words: String, hint: &str, vertex: usize, focus: &mut Focus, commands: &mut Vec<Command>) {
+    let link = ui.link(words).on_hover_text(hint);
+    if link.hovered() {
+        focus.hover(vertex as u32);
+    }
+    if link.clicked() {
+        select(commands, vertex);
+    }
+}
+
+/// Whether a vertex may be the one with the largest force.
+fn speaks(outcome: &Outcome, vertex: usize) -> bool {
+    outcome.speaks().get(vertex) == Some(&true) && outcome.stands_above_error(vertex)
+}
+
+/// Why a larger force is not the largest: where it stands, and what that means.
+fn why_not(outcome: &Outcome, vertex: usize) -> (&'static str, &'static str) {
+    if outcome.border.get(vertex) == Some(&true) {
+        return (
+            "on the border",
+            "Larger, but it carries the reaction of skin that nobody measured. Click to select it.",
+        );
+    }
+    if outcome.field.outside_table.get(vertex) == Some(&true) {
+        return (
+            "beyond the skin table",
+            "Larger, but a spring there is strained beyond the skin table. Click to select it.",
+        );
+    }
+    if !outcome.stands_above_error(vertex) {
+        return (
+            "below twice its error",
+            "Larger, but it cannot be told from the noise of marking. Click to select it.",
+        );
+    }
+    ("inferred", "Larger, but nobody marked this vertex. Click to select it.")
 }

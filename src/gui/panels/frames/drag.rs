@@ -1,21 +1,21 @@
 //! What a press, a drag and a release on a frame do: place the next point, move a point, or select one.
 
-use egui::{Event, Key, PointerButton, Pos2, Response};
+use egui::{Event, Key, Modifiers, PointerButton, Pos2, Response};
 
-use super::guide::{next_to_mark, next_unmarked_landmark};
+use super::guide;
 use super::pane::{Pane, REACH};
-use super::points::{self, Kind, Look, ShownPoint};
+use super::points::{self, Kind, Look};
 use super::{FramesView, Tool};
 use crate::camera::Scale;
 use crate::gui::view_state::NoticeKind;
 use crate::gui::{Command, Focus};
 use crate::project::{Edit, PointId, Role, Which};
 
-/// How far the pointer must go before a press on a point becomes a drag, ui points: a click that selects moves nothing.
-const THRESHOLD: f32 = 3.0;
+/// How far the hand may shake during a click, ui points: a click that selects, or places, moves nothing.
+const SHAKE: f32 = 3.0;
 
-/// How near to a predicted point a press means that very place, ui points.
-const ON_POINT: f32 = 4.0;
+/// How long a click may last, s. Whoever holds the button longer means every motion, however small.
+const CLICK_S: f64 = 0.2;
 
 /// Share of the pointer's motion that a point follows while Shift is held.
 const FINE: f64 = 0.2;
@@ -29,13 +29,18 @@ pub struct Drag {
     pub target: Target,
     /// Where it is now, px.
     pub at: [f64; 2],
-    /// Whether the point follows already.
+    /// Whether a step of the history is open for it.
     pub began: bool,
+    /// Whether the hand is more than a click: the point follows it from then on.
+    follows: bool,
     /// Whether the release goes on to the next point.
     places: bool,
     /// The point at the same place that a release without motion selects instead.
     behind: Option<PointId>,
+    /// The point that the guide asked for when this one was taken: it asks for it again afterwards.
+    asked: Option<PointId>,
     pressed_at: Pos2,
+    pressed_at_s: f64,
     last: Pos2,
 }
 
@@ -51,7 +56,7 @@ pub enum Target {
 /// What the pointer did in this pass, in order; of a run of motions only the last.
 #[derive(Clone, Copy)]
 enum Stroke {
-    Press(Pos2),
+    Press(Pos2, Modifiers),
     Motion(Pos2),
     Release(Pos2),
 }
@@ -67,8 +72,8 @@ fn strokes(ui: &egui::Ui) -> Vec<Stroke> {
                     }
                     strokes.push(Stroke::Motion(at));
                 }
-                Event::PointerButton { pos, button: PointerButton::Primary, pressed, .. } => {
-                    strokes.push(if pressed { Stroke::Press(pos) } else { Stroke::Release(pos) });
+                Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers } => {
+                    strokes.push(if pressed { Stroke::Press(pos, modifiers) } else { Stroke::Release(pos) });
                 }
                 _ => {}
             }
@@ -87,9 +92,9 @@ pub fn handle(
     focus: &Focus,
     commands: &mut Vec<Command>,
 ) {
-    let (down, pointer, shift, escape) = ui.input(|i| {
+    let (down, pointer, shift, escape, now) = ui.input(|i| {
         let p = &i.pointer;
-        (p.primary_down(), p.latest_pos(), i.modifiers.shift, i.key_pressed(Key::Escape))
+        (p.primary_down(), p.latest_pos(), i.modifiers.shift, i.key_pressed(Key::Escape), i.time)
     });
     let tool = view.tool;
     let mut selected = focus.selected.clone();
@@ -97,39 +102,48 @@ pub fn handle(
     if escape
         && holds(view)
         && let Some(drag) = view.drag.take()
-        && drag.began
     {
-        commands.push(Command::CancelGesture);
+        if drag.began {
+            commands.push(Command::CancelGesture);
+        }
+        if drag.asked.is_some() {
+            commands.push(Command::Select(drag.asked));
+        }
     }
     // One pass may bring a whole press, motion and release, so each is taken where it happened.
     for stroke in strokes(ui) {
         let before = commands.len();
         match stroke {
-            Stroke::Press(at) => {
+            Stroke::Press(at, modifiers) => {
                 let here = pane.rect.contains(at)
                     && (response.contains_pointer() || ui.ctx().layer_id_at(at) == Some(response.layer_id));
                 if here && ui.is_enabled() && view.drag.is_none() {
                     view.active = pane.which;
                     response.request_focus();
-                    press(at, pane, chosen, view, selected.as_ref(), commands);
+                    let press = Press { at, at_s: now, takes: modifiers.command };
+                    press.act(pane, chosen, view, selected.as_ref(), commands);
+                    ui.ctx().request_repaint_after_secs(CLICK_S as f32);
                 }
             }
             Stroke::Motion(at) if holds(view) => {
-                follow(Hand { down: true, pointer: Some(at), shift }, pane, chosen, view, commands);
+                follow(Hand { down: true, pointer: Some(at), shift, now }, pane, chosen, view, commands);
             }
             Stroke::Release(at) if holds(view) => {
-                follow(Hand { down: false, pointer: Some(at), shift }, pane, chosen, view, commands);
+                follow(Hand { down: false, pointer: Some(at), shift, now }, pane, chosen, view, commands);
             }
             _ => {}
         }
         for command in &commands[before..] {
-            if let Command::Select(id) = command {
-                selected.clone_from(id);
+            match command {
+                Command::Select(id) => selected.clone_from(id),
+                Command::JumpTo(id) => selected = Some(id.clone()),
+                _ => {}
             }
         }
     }
-    if !down && holds(view) {
-        follow(Hand { down, pointer, shift }, pane, chosen, view, commands);
+    // The button may be held without a motion, or have been released outside the window.
+    if holds(view) {
+        follow(Hand { down, pointer, shift, now }, pane, chosen, view, commands);
     }
     let nearest = |at: Pos2| pane.pick(at, tool, selected.as_ref());
     if response.double_clicked() && tool == Tool::Select && pointer.is_some_and(|p| nearest(p).is_none()) {
@@ -142,87 +156,111 @@ pub fn handle(
     }
 }
 
-fn press(
+/// A press of the button on a pane.
+struct Press {
     at: Pos2,
-    pane: &Pane<'_>,
-    chosen: &[u32],
-    view: &mut FramesView,
-    selected: Option<&PointId>,
-    commands: &mut Vec<Command>,
-) {
-    let in_image = pane.transform.image_from_ui(at);
-    if let Tool::ScalePoints { grid, first } = view.tool {
-        if pane.which == Which::First {
-            scale_press(grid, first, in_image, pane, view, commands);
-        }
-        return;
-    }
-    let hit = pane.pick(at, view.tool, selected);
-    // A mark under the pointer is moved, whatever the tool: nobody places two points on one place.
-    if let Some(point) = hit.filter(|p| p.look.is_mark()) {
-        commands.push(Command::Select(Some(point.id.clone())));
-        if point.look == Look::Locked {
-            commands
-                .push(Command::Tell(NoticeKind::Refused, format!("{} is locked. Press L to free it.", point.label)));
+    at_s: f64,
+    /// Ctrl is held: it takes what is there, whatever the guide asks for.
+    takes: bool,
+}
+
+impl Press {
+    fn act(
+        &self,
+        pane: &Pane<'_>,
+        chosen: &[u32],
+        view: &mut FramesView,
+        selected: Option<&PointId>,
+        commands: &mut Vec<Command>,
+    ) {
+        if let Tool::ScalePoints { grid, first } = view.tool {
+            if pane.which == Which::First {
+                scale_press(grid, first, pane.transform.image_from_ui(self.at), pane, view, commands);
+            }
+        } else if view.tool.places_in(pane.which) && !self.takes {
+            self.place(pane, chosen, view, selected, commands);
         } else {
-            let drag = Drag::take(pane.which, Target::Point(point.id.clone()), point.at, at);
-            let again = selected == Some(&point.id);
-            let behind = again.then(|| pane.behind(point, at, view.tool)).flatten().map(|p| p.id.clone());
-            view.drag = Some(Drag { behind, ..drag });
+            self.take(pane, chosen, view, selected, commands);
         }
-        return;
     }
-    if let Some(end) = scale_end(at, pane) {
-        view.drag = Some(Drag::take(pane.which, Target::ScaleEnd(end.0), end.1, at));
-        return;
-    }
-    let placed = match (view.tool, pane.which) {
-        (Tool::Landmarks, Which::First) => current_landmark(pane, selected).map(|id| (id, in_image)),
-        (Tool::Features, Which::Last) => match accepted(at, pane, hit, selected) {
-            Some(point) => Some((point.id.clone(), point.at)),
-            None => match current_feature(pane, chosen, selected) {
-                Ok(current) => current.map(|id| (id, in_image)),
-                Err(text) => {
-                    commands.push(Command::Tell(NoticeKind::Refused, text));
-                    return;
-                }
-            },
-        },
-        _ => None,
-    };
-    if let Some((id, place)) = placed {
+
+    /// Places the point that the guide asks for exactly here, whatever else lies under the pointer.
+    fn place(
+        &self,
+        pane: &Pane<'_>,
+        chosen: &[u32],
+        view: &mut FramesView,
+        selected: Option<&PointId>,
+        commands: &mut Vec<Command>,
+    ) {
+        let refuse = |text: String| Command::Tell(NoticeKind::Refused, text);
+        let id = match guide::asked(pane.scene, chosen, view.tool, selected) {
+            Ok(Some(id)) => id,
+            Ok(None) => return commands.push(refuse(guide::NOTHING_ASKED.to_owned())),
+            Err(text) => return commands.push(refuse(text)),
+        };
+        if points::of(pane.scene, &id).is_some_and(|(look, _)| look == Look::Locked) {
+            return commands.push(refuse(format!("{id} is locked. Press L to free it.")));
+        }
+        let at = pane.transform.image_from_ui(self.at);
         commands.push(Command::BeginGesture);
         commands.push(Command::Select(Some(id.clone())));
-        put(&id, place, pane, commands);
-        let drag = Drag::take(pane.which, Target::Point(id), place, at);
-        view.drag = Some(Drag { began: true, places: true, ..drag });
-    } else if let Some(point) = hit {
-        commands.push(Command::Select(Some(point.id.clone())));
-        view.drag = Some(Drag::take(pane.which, Target::Point(point.id.clone()), point.at, at));
-    } else {
-        commands.push(Command::Select(None));
+        put(&id, at, pane, commands);
+        view.placed = Some(id.clone());
+        view.drag = Some(Drag { began: true, places: true, ..self.drag(pane.which, Target::Point(id), at) });
     }
-}
 
-/// The predicted point that a press is on, to be marked where it is. Another than the one that was selected in the
-/// first frame is none: that one is being placed.
-fn accepted<'a>(
-    at: Pos2,
-    pane: &Pane<'_>,
-    hit: Option<&'a ShownPoint>,
-    selected: Option<&PointId>,
-) -> Option<&'a ShownPoint> {
-    let chosen_by_hand = match selected {
-        Some(id @ (PointId::FeatureFirst(_) | PointId::Landmark(_))) => points::place(pane.scene, id).map(|(_, v)| v),
-        _ => None,
-    };
-    hit.filter(|p| chosen_by_hand.is_none_or(|v| v == p.vertex))
-        .filter(|p| pane.transform.ui_from_image(p.at).distance(at) <= ON_POINT)
-}
+    /// Takes the point under the pointer, or selects none.
+    fn take(
+        &self,
+        pane: &Pane<'_>,
+        chosen: &[u32],
+        view: &mut FramesView,
+        selected: Option<&PointId>,
+        commands: &mut Vec<Command>,
+    ) {
+        let asked = guide::asked(pane.scene, chosen, view.tool, selected).ok().flatten();
+        // In the other pane the guide asks for nothing, and what is selected there is what it asks for next.
+        let asked = asked.filter(|_| view.tool.places_in(pane.which));
+        let hit = pane.pick(self.at, view.tool, selected);
+        if let Some(point) = hit.filter(|p| p.look.is_mark()) {
+            commands.push(Command::Select(Some(point.id.clone())));
+            if point.look == Look::Locked {
+                let text = format!("{} is locked. Press L to free it.", point.label);
+                commands.push(Command::Tell(NoticeKind::Refused, text));
+            } else {
+                let drag = self.drag(pane.which, Target::Point(point.id.clone()), point.at);
+                let again = selected == Some(&point.id);
+                let behind = again.then(|| pane.behind(point, self.at, view.tool)).flatten().map(|p| p.id.clone());
+                view.drag = Some(Drag { behind, asked, ..drag });
+            }
+        } else if let Some((end, at)) = scale_end(self.at, pane) {
+            view.drag = Some(self.drag(pane.which, Target::ScaleEnd(end), at));
+        } else if let Some(point) = hit {
+            commands.push(Command::Select(Some(point.id.clone())));
+            view.drag = Some(Drag { asked, ..self.drag(pane.which, Target::Point(point.id.clone()), point.at) });
+        } else if view.tool == Tool::Select {
+            commands.push(Command::Select(None));
+        } else if view.tool == Tool::Landmarks && pane.which == Which::Last {
+            let text = "Landmarks are placed in the first frame.".to_owned();
+            commands.push(Command::Tell(NoticeKind::Refused, text));
+        }
+    }
 
-impl Drag {
-    fn take(which: Which, target: Target, at: [f64; 2], pressed_at: Pos2) -> Self {
-        Self { which, target, at, began: false, places: false, behind: None, pressed_at, last: pressed_at }
+    fn drag(&self, which: Which, target: Target, at: [f64; 2]) -> Drag {
+        Drag {
+            which,
+            target,
+            at,
+            began: false,
+            follows: false,
+            places: false,
+            behind: None,
+            asked: None,
+            pressed_at: self.at,
+            pressed_at_s: self.at_s,
+            last: self.at,
+        }
     }
 }
 
@@ -232,10 +270,11 @@ struct Hand {
     down: bool,
     pointer: Option<Pos2>,
     shift: bool,
+    now: f64,
 }
 
 fn follow(
-    Hand { down, pointer, shift }: Hand,
+    Hand { down, pointer, shift, now }: Hand,
     pane: &Pane<'_>,
     chosen: &[u32],
     view: &mut FramesView,
@@ -243,14 +282,13 @@ fn follow(
 ) {
     let Some(mut drag) = view.drag.take() else { return };
     if let Some(pointer) = pointer {
-        let far = drag.pressed_at.distance(pointer) >= THRESHOLD;
-        // A place that was just given follows the hand only once the hand means it.
-        let still_placing = drag.places && drag.last == drag.pressed_at;
-        if far && !drag.began {
+        drag.follows |= drag.pressed_at.distance(pointer) >= SHAKE || now - drag.pressed_at_s >= CLICK_S;
+        if drag.follows && !drag.began {
             commands.push(Command::BeginGesture);
             drag.began = true;
         }
-        if drag.began && drag.last != pointer && (far || !still_placing) {
+        // From the place of the press on, so that what was moved before the hand was more than a click is not lost.
+        if drag.follows && drag.last != pointer {
             // Steps are added up, so that taking Shift or letting it go makes no jump.
             let speed = if shift { FINE } else { 1.0 } / pane.transform.zoom;
             drag.at[0] += f64::from(pointer.x - drag.last.x) * speed;
@@ -271,51 +309,18 @@ fn follow(
     }
     if drag.began {
         commands.push(Command::CommitGesture);
-    } else if let Some(behind) = drag.behind {
-        commands.push(Command::Select(Some(behind)));
+    }
+    if drag.last == drag.pressed_at {
+        if let Some(behind) = drag.behind {
+            commands.push(Command::Select(Some(behind)));
+        }
+    } else if drag.asked.is_some() {
+        commands.push(Command::Select(drag.asked));
     }
     if drag.places
         && let Target::Point(id) = &drag.target
     {
-        let next = next_after(id, pane, chosen);
-        if next.is_none() {
-            view.tool = Tool::Select;
-            let all =
-                if pane.which == Which::First { "All landmarks are placed." } else { "All chosen points are marked." };
-            commands.push(Command::Tell(NoticeKind::Done, all.to_owned()));
-        } else {
-            commands.push(Command::Select(next));
-        }
-    }
-}
-
-/// The point to place after this one, which the project may not know as marked yet.
-fn next_after(id: &PointId, pane: &Pane<'_>, chosen: &[u32]) -> Option<PointId> {
-    match id {
-        PointId::Landmark(id) => next_unmarked_landmark(pane.scene, Some(id)).map(PointId::Landmark),
-        PointId::FeatureFirst(v) | PointId::FeatureLast(v) => {
-            next_to_mark(pane.scene, chosen, Some(*v)).map(PointId::FeatureLast)
-        }
-    }
-}
-
-fn current_landmark(pane: &Pane<'_>, selected: Option<&PointId>) -> Option<PointId> {
-    match selected {
-        Some(id @ PointId::Landmark(_)) => Some(id.clone()),
-        _ => next_unmarked_landmark(pane.scene, None).map(PointId::Landmark),
-    }
-}
-
-/// The feature point that a click in the last frame marks: the selected one, in whichever frame and by whichever name it
-/// was selected; the next of the guide only while nothing is selected.
-fn current_feature(pane: &Pane<'_>, chosen: &[u32], selected: Option<&PointId>) -> Result<Option<PointId>, String> {
-    match selected {
-        Some(PointId::FeatureFirst(v) | PointId::FeatureLast(v)) => Ok(Some(PointId::FeatureLast(*v))),
-        Some(id @ PointId::Landmark(name)) => match points::place(pane.scene, id) {
-            Some((_, v)) if chosen.contains(&v) => Ok(Some(PointId::FeatureLast(v))),
-            _ => Err(format!("{name} is not among the points to mark. Select a feature point.")),
-        },
-        None => Ok(next_to_mark(pane.scene, chosen, None).map(PointId::FeatureLast)),
+        commands.push(guide::next_after(pane.scene, chosen, id).map_or(Command::EndGuide, Command::JumpTo));
     }
 }
 

@@ -9,20 +9,90 @@ use crate::gui::face_drawing::FaceDrawing;
 use crate::gui::{Action, Command, Focus, Scene, theme};
 use crate::project::{PointId, Role};
 
-/// The first landmark without a mark after `after` in the order of the face, starting over at the end. `after` itself
-/// counts as marked.
+/// What is said where a press finds the guide at its end.
+pub const NOTHING_ASKED: &str =
+    "The guide is at the end of its list and asks for nothing: choose Mark them or Done, or select a point.";
+
+/// The first landmark without a mark after `after` in the order of the face; it never starts over.
 pub fn next_unmarked_landmark(scene: Scene<'_>, after: Option<&str>) -> Option<String> {
     let all = scene.face.landmarks();
     let start = after.and_then(|id| all.iter().position(|l| l.id == id)).map_or(0, |i| i + 1);
-    let mut from = all.iter().cycle().skip(start).take(all.len());
-    from.find(|l| !scene.project.landmarks.contains_key(&l.id) && after != Some(l.id.as_str())).map(|l| l.id.clone())
+    all.iter().skip(start).find(|l| !scene.project.landmarks.contains_key(&l.id)).map(|l| l.id.clone())
 }
 
 /// The same for the chosen vertices in the last frame.
 pub fn next_to_mark(scene: Scene<'_>, chosen: &[u32], after: Option<u32>) -> Option<u32> {
     let start = after.and_then(|v| chosen.iter().position(|&c| c == v)).map_or(0, |i| i + 1);
-    let mut from = chosen.iter().cycle().skip(start).take(chosen.len());
-    from.find(|&&v| scene.project.features.get(&v).is_none_or(|f| f.last.is_none()) && after != Some(v)).copied()
+    let unmarked = |v: &&u32| scene.project.features.get(v).is_none_or(|f| f.last.is_none());
+    chosen.iter().skip(start).find(unmarked).copied()
+}
+
+/// The point that the guide asks for after this one was placed; none at the end of its list.
+pub fn next_after(scene: Scene<'_>, chosen: &[u32], id: &PointId) -> Option<PointId> {
+    match id {
+        PointId::Landmark(id) => next_unmarked_landmark(scene, Some(id)).map(PointId::Landmark),
+        PointId::FeatureFirst(v) | PointId::FeatureLast(v) => {
+            next_to_mark(scene, chosen, Some(*v)).map(PointId::FeatureLast)
+        }
+    }
+}
+
+/// The point that the guide asks for: the selected one, in whichever frame and by whichever name it was selected. None while nothing
+/// is placed, and at the end of the list.
+///
+/// # Errors
+/// The selected landmark is not among the points to mark: one line.
+pub fn asked(
+    scene: Scene<'_>,
+    chosen: &[u32],
+    tool: Tool,
+    selected: Option<&PointId>,
+) -> Result<Option<PointId>, String> {
+    match (tool, selected) {
+        (Tool::Landmarks, Some(id @ PointId::Landmark(_))) => Ok(Some(id.clone())),
+        (Tool::Landmarks, Some(_)) => Ok(next_unmarked_landmark(scene, None).map(PointId::Landmark)),
+        (Tool::Features, Some(PointId::FeatureFirst(v) | PointId::FeatureLast(v))) => {
+            Ok(Some(PointId::FeatureLast(*v)))
+        }
+        (Tool::Features, Some(id @ PointId::Landmark(name))) => match points::place(scene, id) {
+            Some((_, v)) if chosen.contains(&v) => Ok(Some(PointId::FeatureLast(v))),
+            _ => Err(format!("{name} is not among the points to mark. Select a feature point.")),
+        },
+        _ => Ok(None),
+    }
+}
+
+/// The point that *Uncertain* speaks of: the selected one, or, while the guide asks for a point without a mark, the one placed last.
+pub fn in_doubt(scene: Scene<'_>, view: &FramesView, selected: Option<&PointId>) -> Option<PointId> {
+    let has_mark = |id: &&PointId| crate::project::edit::mark(scene.project, id).is_some();
+    let placed = view.placed.as_ref().filter(|_| matches!(view.tool, Tool::Landmarks | Tool::Features));
+    selected.filter(has_mark).or(placed.filter(has_mark)).cloned()
+}
+
+/// How many points of a guided tool are marked, of how many.
+pub fn progress(scene: Scene<'_>, chosen: &[u32], tool: Tool) -> (usize, usize) {
+    if tool == Tool::Features {
+        let marked = |v: &&u32| scene.project.features.get(v).is_some_and(|f| f.last.is_some());
+        return (chosen.iter().filter(marked).count(), chosen.len());
+    }
+    let all = scene.face.landmarks();
+    (all.iter().filter(|l| scene.project.landmarks.contains_key(&l.id)).count(), all.len())
+}
+
+/// What a press does now, in one line: for the status bar and over the pane.
+pub fn what_a_press_does(scene: Scene<'_>, chosen: &[u32], view: &FramesView, focus: &Focus) -> Option<String> {
+    let at_end = || Some("The guide is at the end of its list.".to_owned());
+    match (view.tool, asked(scene, chosen, view.tool, focus.selected.as_ref()).ok().flatten()) {
+        (Tool::Landmarks | Tool::Features, None) => at_end(),
+        (Tool::Landmarks, Some(PointId::Landmark(id))) => {
+            let name = scene.face.landmark(&id).map_or(id.as_str(), |l| l.name.as_str());
+            Some(format!("A press in the first frame places: {name}"))
+        }
+        (Tool::Features, Some(PointId::FeatureLast(v))) => {
+            Some(format!("A press in the last frame marks {} {v}", points::kind_of(scene, v).word()))
+        }
+        _ => None,
+    }
 }
 
 /// Shows the guide.
@@ -37,16 +107,24 @@ pub fn show(
     state: &ActionState,
     commands: &mut Vec<Command>,
 ) {
+    // One of the three is always on, and a second click leaves it on: nothing is switched off in silence.
     ui.horizontal(|ui| {
-        for action in [Action::ToolLandmarks, Action::ToolFeatures] {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        for (action, label) in [
+            (Action::ToolSelect, "Select"),
+            (Action::ToolLandmarks, Action::ToolLandmarks.label()),
+            (Action::ToolFeatures, Action::ToolFeatures.label()),
+        ] {
             let on = state.on(action) == Some(true);
-            if ui.add(egui::Button::selectable(on, action.label())).on_hover_text(tooltip(action)).clicked() {
-                commands.push(Command::Do(if on { Action::ToolSelect } else { action }));
+            if ui.add(egui::Button::selectable(on, label)).on_hover_text(tooltip(action)).clicked() {
+                commands.push(Command::Do(action));
             }
         }
     });
     ui.add_space(4.0);
-    let current = current_vertex(scene, chosen, view, focus);
+    let asked = asked(scene, chosen, view.tool, focus.selected.as_ref()).ok().flatten();
+    let spoken_of = asked.or_else(|| focus.selected.clone().filter(|_| view.tool == Tool::Select));
+    let current = spoken_of.as_ref().and_then(|id| points::place(scene, id)).map(|(_, v)| v);
     let pulses = matches!(view.tool, Tool::Landmarks | Tool::Features);
     let side = ui.available_width().min(300.0);
     face_picture::show(
@@ -61,14 +139,8 @@ pub fn show(
         focus,
     );
 
-    let (done, of, what) = match view.tool {
-        Tool::Features => {
-            let done =
-                chosen.iter().filter(|v| scene.project.features.get(v).is_some_and(|f| f.last.is_some())).count();
-            (done, chosen.len(), "points marked")
-        }
-        _ => (placed_landmarks(scene), scene.face.landmarks().len(), "landmarks placed"),
-    };
+    let (done, of) = progress(scene, chosen, view.tool);
+    let what = if view.tool == Tool::Features { "points marked" } else { "landmarks placed" };
     let share = if of == 0 { 0.0 } else { done as f32 / of as f32 };
     let bar = ProgressBar::new(share).desired_height(6.0).fill(theme::palette(ui.visuals()).accent);
     let bar = ui.add(bar);
@@ -76,12 +148,24 @@ pub fn show(
         egui::WidgetInfo::labeled(egui::Role::ProgressIndicator, true, format!("{done} of {of} {what}"))
     });
     ui.label(RichText::new(format!("{done} of {of} {what}")).small().weak());
-    describe(ui, scene, view, focus, current, done == of);
+    // A fixed height, so that the buttons under it do not jump from one point to the next.
+    ui.allocate_ui(Vec2::new(ui.available_width(), 76.0), |ui| {
+        ui.set_min_height(76.0);
+        match (view.tool, &spoken_of) {
+            (_, Some(id)) => describe(ui, scene, view.tool, id),
+            (Tool::Landmarks | Tool::Features, None) => at_end(ui, view.tool, done, of, commands),
+            _ => {
+                ui.label(RichText::new("Nothing is being placed.").strong().size(14.0));
+                let how = "A press selects, a drag moves. Choose above what to place.";
+                ui.label(RichText::new(how).weak());
+            }
+        }
+    });
     ui.horizontal(|ui| {
         for (action, label) in
             [(Action::Previous, "Back"), (Action::Next, "Skip"), (Action::Accept, "Accept prediction")]
         {
-            let button = ui.add_enabled(state.can(action), egui::Button::new(label));
+            let button = ui.add_enabled(pulses && state.can(action), egui::Button::new(label));
             if button.on_hover_text(tooltip(action)).clicked() {
                 commands.push(Command::Do(action));
             }
@@ -99,66 +183,64 @@ fn tooltip(action: Action) -> String {
     format!("{}{key}", action.spec().map_or("", |s| s.tooltip))
 }
 
-fn placed_landmarks(scene: Scene<'_>) -> usize {
-    scene.face.landmarks().iter().filter(|l| scene.project.landmarks.contains_key(&l.id)).count()
+/// The point that the guide speaks of: its name, how to find it, and what a press does.
+fn describe(ui: &mut egui::Ui, scene: Scene<'_>, tool: Tool, id: &PointId) {
+    let look = points::of(scene, id).map_or(points::Look::Unset, |(look, _)| look);
+    let (name, hint) = match id {
+        PointId::Landmark(id) => {
+            let l = scene.face.landmark(id);
+            (l.map_or_else(|| id.clone(), |l| l.name.clone()), l.map_or("", |l| l.hint.as_str()))
+        }
+        PointId::FeatureFirst(v) | PointId::FeatureLast(v) => {
+            let region = scene.face.regions().iter().find(|r| r.vertices.contains(v));
+            let place = region.map(|r| format!(", {}", words(&r.id))).unwrap_or_default();
+            let hint = if tool == Tool::Features { "Press the same spot of skin in the last frame." } else { "" };
+            (format!("{} {v}{place}", capital(points::kind_of(scene, *v).word())), hint)
+        }
+    };
+    ui.label(RichText::new(name).strong().size(14.0));
+    if tool == Tool::Select {
+        let how = if look.is_mark() { "drag it, or nudge it with the arrows." } else { "drag it to mark it." };
+        ui.label(RichText::new(format!("{}: {how}", capital(look.word()))).weak());
+        return;
+    }
+    ui.label(RichText::new(hint).weak());
+    let how = match look {
+        points::Look::Locked => "It is locked. L frees it.",
+        look if look.is_mark() => "It has its mark: a press places it anew.",
+        points::Look::Predicted => "Enter takes the predicted place. Ctrl+press takes another point.",
+        _ => "Ctrl+press takes another point.",
+    };
+    ui.label(RichText::new(how).weak().small());
 }
 
-/// The vertex that the guide speaks of: the selected point's, or the next to place.
-fn current_vertex(scene: Scene<'_>, chosen: &[u32], view: &FramesView, focus: &Focus) -> Option<u32> {
-    if let Some(id) = &focus.selected {
-        return points::place(scene, id).map(|(_, v)| v);
+/// The end of the list: what was skipped can be gone through again.
+fn at_end(ui: &mut egui::Ui, tool: Tool, done: usize, of: usize, commands: &mut Vec<Command>) {
+    let (again, all, action) = match tool {
+        Tool::Features => ("Mark them", "All chosen points are marked.", Action::ToolFeatures),
+        _ => ("Place them", "All landmarks are placed.", Action::ToolLandmarks),
+    };
+    let good = theme::palette(ui.visuals()).good;
+    if of == 0 {
+        ui.label(RichText::new("No points are chosen: tick below what is to be marked.").weak());
+    } else if done == of {
+        ui.colored_label(good, all);
+    } else {
+        ui.colored_label(good, format!("The list is at its end: {} skipped.", of - done));
     }
-    match view.tool {
-        Tool::Features => next_to_mark(scene, chosen, None),
-        _ => next_unmarked_landmark(scene, None).and_then(|id| scene.face.landmark(&id)).map(|l| l.vertex),
-    }
-}
-
-fn describe(
-    ui: &mut egui::Ui,
-    scene: Scene<'_>,
-    view: &FramesView,
-    focus: &Focus,
-    current: Option<u32>,
-    complete: bool,
-) {
-    // A fixed height, so that the buttons under it do not jump from one point to the next.
-    ui.allocate_ui(Vec2::new(ui.available_width(), 58.0), |ui| {
-        ui.set_min_height(58.0);
-        let selected_landmark = match &focus.selected {
-            Some(PointId::Landmark(id)) => scene.face.landmark(id),
-            Some(_) => None,
-            None if view.tool == Tool::Features => None,
-            None => current.and_then(|v| scene.face.landmarks().iter().find(|l| l.vertex == v)),
-        };
-        match (selected_landmark, current) {
-            _ if complete && focus.selected.is_none() => {
-                let text = if view.tool == Tool::Features {
-                    "All chosen points are marked."
-                } else {
-                    "All landmarks are placed."
-                };
-                ui.colored_label(theme::palette(ui.visuals()).good, text);
-            }
-            (Some(l), _) => {
-                ui.label(RichText::new(&l.name).strong().size(14.0));
-                ui.label(RichText::new(&l.hint).weak());
-            }
-            (None, Some(v)) => {
-                let kind = points::kind_of(scene, v);
-                let region = scene.face.regions().iter().find(|r| r.vertices.contains(&v));
-                let place = region.map(|r| format!(", {}", words(&r.id))).unwrap_or_default();
-                ui.label(RichText::new(format!("{} {v}{place}", capital(kind.word()))).strong().size(14.0));
-                ui.label(RichText::new("Find the same spot of skin in the last frame.").weak());
-            }
-            (None, None) => _ = ui.label(RichText::new("Nothing is left to place.").weak()),
+    ui.horizontal(|ui| {
+        if done < of && ui.button(again).clicked() {
+            commands.push(Command::Do(action));
+        }
+        if ui.button("Done").clicked() {
+            commands.push(Command::Do(Action::ToolSelect));
         }
     });
 }
 
 fn regions(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut FramesView) {
     ui.label(RichText::new("Points to mark").strong());
-    for region in scene.face.regions() {
+    for region in points::regions_in_order(scene) {
         // A still point counts with the still points alone, even where it lies in a region of moving skin.
         let (mut marked, mut of) = (0, 0);
         for v in &region.vertices {
@@ -181,6 +263,7 @@ fn regions(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut FramesView) {
                 }
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                ui.add_space(8.0);
                 ui.label(RichText::new(format!("{marked}/{of}")).weak());
             });
         });

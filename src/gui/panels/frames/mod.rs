@@ -10,7 +10,7 @@ use crate::gui::action_state::ActionState;
 use crate::gui::face_drawing::FaceDrawing;
 use crate::gui::pictures::Pictures;
 use crate::gui::{Command, Focus, Scene};
-use crate::project::Which;
+use crate::project::{PointId, Which};
 
 pub mod drag;
 pub mod face_picture;
@@ -129,6 +129,8 @@ pub struct FramesView {
     pub canvases: Vec<egui::Id>,
     /// The point in the hand.
     pub drag: Option<Drag>,
+    /// The point that the guide has placed last.
+    pub placed: Option<PointId>,
     /// The tab shown beside the frames.
     pub side: SideTab,
     /// The table of points.
@@ -157,6 +159,7 @@ impl Default for FramesView {
             regions: BTreeSet::new(),
             canvases: Vec::new(),
             drag: None,
+            placed: None,
             side: SideTab::Guide,
             table: TableView::default(),
             table_shown: true,
@@ -208,11 +211,11 @@ impl FramesView {
         }
     }
 
-    /// Moves a pane so that a pixel is in its middle, if it is not well inside already.
+    /// Moves a pane so that a pixel is in its middle, if it is not in view already.
     pub fn bring_to_view(&mut self, which: Which, at: [f64; 2]) {
         let pane = &mut self.panes[which as usize];
         let place = pane.view.at(pane.rect).ui_from_image(at);
-        if !pane.rect.shrink(30.0).contains(place) {
+        if !pane.rect.contains(place) {
             let by = pane.rect.center() - place;
             self.pan(which, by);
         }

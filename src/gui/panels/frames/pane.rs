@@ -8,7 +8,7 @@ use super::drag::{self, Target};
 use super::image_view::{ImageView, Transform};
 use super::loupe::{self, Loupe};
 use super::points::{self, ShownPoint};
-use super::{FramesView, Tool, marks, pane_message, wireframe};
+use super::{FramesView, Tool, guide, marks, pane_message, wireframe};
 use crate::camera::Scale;
 use crate::gui::action::Menu;
 use crate::gui::action_state::ActionState;
@@ -132,7 +132,9 @@ pub fn show(
         pane_message::over_picture(ui, rect, which, picture, commands);
     }
     paint_loupe(ui, &response, &painter, &pane, view, focus, only.as_ref());
-    caption(&painter, rect, name, view.active == which);
+    let press = view.tool.places_in(which).then(|| guide::what_a_press_does(scene, chosen, view, focus)).flatten();
+    let tone = if view.tool == Tool::Landmarks { on_picture::LANDMARK } else { on_picture::FEATURE };
+    caption(&painter, rect, name, press.map(|p| (p, tone)), view.active == which);
     name_points(ui, id, &pane, view, focus);
 }
 
@@ -175,6 +177,10 @@ fn hover(ui: &egui::Ui, response: &Response, pane: &Pane<'_>, tool: Tool, focus:
         let d = pane.transform.ui_from_image(p).distance(at);
         (d <= REACH).then_some((v, d))
     };
+    // Before landmarks say where the face is, its vertices are nowhere.
+    if pane.scene.project.landmarks.len() < points::LANDMARKS_TO_PREDICT {
+        return;
+    }
     let vertices = (0..pane.scene.face.mesh().len()).map(|v| (v, points::predicted(pane.scene, pane.which, v as u32)));
     if let Some((v, _)) = vertices.filter_map(near).min_by(|a, b| a.1.total_cmp(&b.1)) {
         focus.hover(v as u32);
@@ -183,9 +189,10 @@ fn hover(ui: &egui::Ui, response: &Response, pane: &Pane<'_>, tool: Tool, focus:
 
 fn cursor(ui: &egui::Ui, response: &Response, pane: &Pane<'_>, view: &FramesView, space: bool) {
     let Some(at) = response.hover_pos() else { return };
-    let icon = if space || ui.input(|i| i.pointer.middle_down()) {
+    let (middle, takes) = ui.input(|i| (i.pointer.middle_down(), i.modifiers.command));
+    let icon = if space || middle {
         CursorIcon::Grabbing
-    } else if view.drag.is_some() || view.tool.places_in(pane.which) {
+    } else if view.drag.is_some() || (view.tool.places_in(pane.which) && !takes) {
         CursorIcon::Crosshair
     } else if pane.pick(at, view.tool, None).is_some() {
         CursorIcon::Move
@@ -237,7 +244,8 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
         }
     }
     let shown = |v: u32| pane.points.iter().any(|p| p.vertex == v);
-    if let Some(v) = focus.hovered().filter(|v| !shown(*v)) {
+    let known = pane.scene.project.landmarks.len() >= points::LANDMARKS_TO_PREDICT;
+    if let Some(v) = focus.hovered().filter(|v| known && !shown(*v)) {
         let p = points::predicted(pane.scene, pane.which, v);
         painter.circle_stroke(t.ui_from_image(p), 5.0, Stroke::new(3.0, on_picture::HALO));
         painter.circle_stroke(t.ui_from_image(p), 5.0, Stroke::new(1.5, on_picture::SELECTED));
@@ -341,14 +349,20 @@ fn colour_of(pane: &Pane<'_>, id: &PointId) -> Color32 {
     pane.points.iter().find(|p| &p.id == id).map_or(on_picture::LANDMARK, |p| marks::colour(p.kind))
 }
 
-fn caption(painter: &Painter, rect: Rect, name: &str, active: bool) {
+/// The name of the frame; while a tool places something here, also what a press does.
+fn caption(painter: &Painter, rect: Rect, name: &str, press: Option<(String, Color32)>, active: bool) {
     let font = egui::FontId::proportional(12.0);
+    let mut at = rect.left_top() + Vec2::new(10.0, 8.0);
     let colour = if active { Color32::WHITE } else { Color32::from_gray(205) };
-    let galley = painter.layout_no_wrap(name.to_owned(), font, colour);
-    let at = rect.left_top() + Vec2::new(10.0, 8.0);
-    let behind = Rect::from_min_size(at, galley.size()).expand2(Vec2::new(6.0, 3.0));
-    painter.rect_filled(behind, 4.0, Color32::from_black_alpha(150));
-    painter.galley(at, galley, colour);
+    for (text, colour) in std::iter::once((name.to_owned(), colour)).chain(press) {
+        let mut job = egui::text::LayoutJob::simple_singleline(text, font.clone(), colour);
+        job.wrap = egui::text::TextWrapping::truncate_at_width((rect.right() - at.x - 16.0).max(40.0));
+        let galley = painter.layout_job(job);
+        let behind = Rect::from_min_size(at, galley.size()).expand2(Vec2::new(6.0, 3.0));
+        painter.rect_filled(behind, 4.0, Color32::from_black_alpha(170));
+        at.x = behind.right() + 12.0;
+        painter.galley(behind.min + Vec2::new(6.0, 3.0), galley, colour);
+    }
 }
 
 /// Gives every point a name that a screen reader, and a test, can find.

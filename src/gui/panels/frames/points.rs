@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::Tool;
+use crate::face::Region;
 use crate::gui::Scene;
 use crate::project::{MarkState, PointId, Role, Which};
 
@@ -122,10 +123,18 @@ pub fn kind_of(scene: Scene<'_>, vertex: u32) -> Kind {
     }
 }
 
+/// The regions of the face in the order of marking: still points first, for they give the head's motion and so better predictions
+/// of all others; then as the face has them.
+pub fn regions_in_order(scene: Scene<'_>) -> impl Iterator<Item = &Region> {
+    let is_still = |r: &&Region| r.id == STILL_REGION;
+    let all = scene.face.regions();
+    all.iter().filter(is_still).chain(all.iter().filter(move |r| !is_still(r)))
+}
+
 /// The vertices to mark: those of the ticked regions in marking order, then those that the project knows besides.
 pub fn chosen_vertices(scene: Scene<'_>, regions: &BTreeSet<String>) -> Vec<u32> {
     let mut seen = BTreeSet::new();
-    let ticked = scene.face.regions().iter().filter(|r| regions.contains(&r.id));
+    let ticked = regions_in_order(scene).filter(|r| regions.contains(&r.id));
     ticked
         .flat_map(|r| r.vertices.iter().copied())
         .chain(scene.project.features.keys().copied())

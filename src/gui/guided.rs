@@ -1,0 +1,200 @@
+//! The guide at work: which point is asked for next, after a mark, a skip, a step back or an undo.
+
+use super::Scene;
+use super::app::App;
+use super::panels::frames::{SideTab, Tool, guide, points};
+use super::run_command::capital;
+use super::view_state::{NoticeKind, Workspace};
+use crate::project::{Edit, MarkState, PointId, Role, Which, edit};
+
+impl App {
+    pub(super) fn select(&mut self, point: Option<PointId>) {
+        if let Some(id) = &point {
+            self.view.frames.active = if matches!(id, PointId::FeatureLast(_)) { Which::Last } else { Which::First };
+        }
+        self.view.focus.selected = point;
+    }
+
+    /// Selects a point, and moves the panes if it is out of view.
+    pub(super) fn jump_to(&mut self, id: PointId) {
+        let scene = self.scene();
+        let (place, known) = (points::place(scene, &id), points::of(scene, &id));
+        if let (Some((which, vertex)), Some((look, at))) = (place, known) {
+            let first = points::predicted(scene, Which::First, vertex);
+            // A point that nothing predicts is nowhere in particular.
+            if look != points::Look::Unset {
+                self.view.frames.bring_to_view(which, at);
+                if which == Which::Last && !self.view.frames.linked {
+                    self.view.frames.bring_to_view(Which::First, first);
+                }
+            }
+            self.view.workspace = Workspace::Frames;
+        }
+        self.select(Some(id));
+    }
+
+    /// Takes a guided tool into the hand: it asks for the first point without a mark.
+    pub(super) fn start_tool(&mut self, tool: Tool) {
+        self.view.frames.tool = tool;
+        self.view.frames.placed = None;
+        self.view.workspace = Workspace::Frames;
+        self.view.frames.side = SideTab::Guide;
+        match self.guided().into_iter().find(|(_, marked)| !marked) {
+            Some((id, _)) => self.jump_to(id),
+            None => self.select(None),
+        }
+    }
+
+    /// Whether a tool is in the hand that places one point after the other.
+    fn is_guided(&self) -> bool {
+        matches!(self.view.frames.tool, Tool::Landmarks | Tool::Features)
+    }
+
+    fn chosen(&self) -> Vec<u32> {
+        points::chosen_vertices(self.scene(), &self.view.frames.regions)
+    }
+
+    /// The points that the tool places, in the order of the guide, and whether each has its mark.
+    fn guided(&self) -> Vec<(PointId, bool)> {
+        let scene = self.scene();
+        let list: Vec<PointId> = match self.view.frames.tool {
+            Tool::Landmarks => scene.face.landmarks().iter().map(|l| PointId::Landmark(l.id.clone())).collect(),
+            Tool::Features => self.chosen().into_iter().map(PointId::FeatureLast).collect(),
+            _ => Vec::new(),
+        };
+        let marked = |id: PointId| {
+            let has = edit::mark(scene.project, &id).is_some();
+            (id, has)
+        };
+        list.into_iter().map(marked).collect()
+    }
+
+    /// Does what may take marks away or bring them back, and lets the guide follow: it asks for the first point that
+    /// lost its mark, or for the next after those that got one.
+    pub(super) fn in_step_with_guide(&mut self, act: impl FnOnce(&mut Self)) {
+        let before = self.guided();
+        act(self);
+        let after = self.guided();
+        let was_marked = |id: &PointId| before.iter().any(|(b, marked)| *marked && b == id);
+        let is_marked = |id: &PointId| after.iter().any(|(a, marked)| *marked && a == id);
+        if let Some((lost, _)) = before.iter().find(|(id, marked)| *marked && !is_marked(id)) {
+            self.select(Some(lost.clone()));
+        } else if let Some(got) = after.iter().rposition(|(id, marked)| *marked && !was_marked(id)) {
+            let next = after[got + 1..].iter().find(|(_, marked)| !marked).map(|(id, _)| id.clone());
+            self.select(next);
+        }
+    }
+
+    /// Goes to the next point, or the one before. While a guide runs, forwards means the next without a mark, and the list ends;
+    /// otherwise it is the list that the selected point belongs to, round and round.
+    pub(super) fn step_point(&mut self, forward: bool, ctx: &egui::Context) {
+        if self.is_guided() {
+            self.step_guide(forward, ctx);
+            return;
+        }
+        let scene = self.scene();
+        let landmarks: Vec<PointId> = scene.face.landmarks().iter().map(|l| PointId::Landmark(l.id.clone())).collect();
+        let chosen = self.chosen();
+        let list: Vec<PointId> = match &self.view.focus.selected {
+            Some(PointId::FeatureFirst(_)) => chosen.iter().map(|v| PointId::FeatureFirst(*v)).collect(),
+            Some(PointId::FeatureLast(_)) => chosen.iter().map(|v| PointId::FeatureLast(*v)).collect(),
+            _ => landmarks,
+        };
+        let at = self.view.focus.selected.as_ref().and_then(|id| list.iter().position(|p| p == id));
+        let count = list.len().max(1);
+        let next = match (at, forward) {
+            (Some(i), true) => (i + 1) % count,
+            (Some(i), false) => (i + count - 1) % count,
+            (None, true) => 0,
+            (None, false) => count - 1,
+        };
+        if let Some(id) = list.into_iter().nth(next) {
+            self.jump_to(id);
+        }
+    }
+
+    fn step_guide(&mut self, forward: bool, ctx: &egui::Context) {
+        let asked = self.asked();
+        if forward {
+            match asked.as_ref().map(|id| guide::next_after(self.scene(), &self.chosen(), id)) {
+                Some(Some(next)) => self.jump_to(next),
+                Some(None) => self.end_guide(ctx),
+                None => self.start_tool(self.view.frames.tool),
+            }
+            return;
+        }
+        let list = self.guided();
+        let at = asked.and_then(|id| list.iter().position(|(p, _)| *p == id)).unwrap_or(list.len());
+        if let Some((id, _)) = at.checked_sub(1).and_then(|i| list.into_iter().nth(i)) {
+            self.jump_to(id);
+        }
+    }
+
+    /// The point that the guide asks for.
+    fn asked(&self) -> Option<PointId> {
+        let selected = self.view.focus.selected.as_ref();
+        guide::asked(self.scene(), &self.chosen(), self.view.frames.tool, selected).ok().flatten()
+    }
+
+    /// The list of the guide is at its end: the tool is put down when all is done; otherwise the guide says how many were skipped,
+    /// and asks for nothing.
+    pub(super) fn end_guide(&mut self, ctx: &egui::Context) {
+        let left = self.guided().into_iter().filter(|(_, marked)| !marked).count();
+        let landmarks = self.view.frames.tool == Tool::Landmarks;
+        if left > 0 {
+            self.select(None);
+            self.tell(NoticeKind::Done, format!("The list is at its end: {left} skipped."), ctx);
+            return;
+        }
+        self.view.frames.tool = Tool::Select;
+        let all = if landmarks { "All landmarks are placed." } else { "All chosen points are marked." };
+        self.tell(NoticeKind::Done, all.to_owned(), ctx);
+    }
+
+    /// Takes the predicted place of the point asked for, or of the selected one, for its mark, and goes on to the next.
+    pub(super) fn accept(&mut self, ctx: &egui::Context) {
+        let guided = self.is_guided();
+        let id = if guided { self.asked() } else { self.view.focus.selected.clone() };
+        let Some(id) = id else { return };
+        let scene = self.scene();
+        let Some((look, at)) = points::of(scene, &id) else { return };
+        if look != points::Look::Predicted {
+            return;
+        }
+        let still = match &id {
+            PointId::FeatureFirst(v) | PointId::FeatureLast(v) => {
+                let untouched = !scene.project.features.contains_key(v);
+                (untouched && points::kind_of(scene, *v) == points::Kind::Still).then_some(*v)
+            }
+            PointId::Landmark(_) => None,
+        };
+        self.document.history.begin_gesture();
+        if let Some(v) = still {
+            self.edit(&Edit::SetRole(v, Role::Still), ctx);
+        }
+        self.edit(&Edit::Put(id.clone(), at), ctx);
+        self.document.history.commit_gesture();
+        if guided {
+            self.select(Some(id.clone()));
+            self.view.frames.placed = Some(id);
+        }
+        self.step_point(true, ctx);
+    }
+
+    /// Says of the selected mark, or of the one that the guide has placed last, that it is in doubt, or takes that back.
+    pub(super) fn toggle_uncertain(&mut self, ctx: &egui::Context) {
+        let Some(id) = in_doubt(self.scene(), &self.view) else { return };
+        let now = edit::mark(self.project(), &id).map(|m| m.state);
+        let state = if now == Some(MarkState::Uncertain) { MarkState::Marked } else { MarkState::Uncertain };
+        self.edit(&Edit::SetState(id.clone(), state), ctx);
+        if self.view.focus.selected.as_ref() != Some(&id) {
+            let word = if state == MarkState::Uncertain { "uncertain" } else { "certain again" };
+            self.tell(NoticeKind::Done, format!("{}, placed last, is {word}.", capital(&id.to_string())), ctx);
+        }
+    }
+}
+
+/// The point that *Uncertain* speaks of.
+pub(super) fn in_doubt(scene: Scene<'_>, view: &super::ViewState) -> Option<PointId> {
+    guide::in_doubt(scene, &view.frames, view.focus.selected.as_ref())
+}
