@@ -394,6 +394,14 @@ fn a_place_that_cannot_be_written_is_named_and_left_alone() {
 }
 
 #[test]
+fn the_generic_face_is_known_by_the_name_that_the_list_prints() {
+    let name = done(&["face", "list"]).split_whitespace().next().unwrap().to_owned();
+    assert_eq!(done(&["face", "show", &name]), done(&["face", "show"]));
+    assert_eq!(done(&["face", "check", &name]), done(&["face", "check"]));
+    assert!(refused(&["face", "check", "generics"]).contains("generics"));
+}
+
+#[test]
 fn wrong_usage_is_status_2_and_help_names_every_command() {
     for wrong in
         [&["solve"][..], &["export", "a", "--format", "xls", "--out", "b"], &["twin", "--seed", "x", "--out", "b"]]

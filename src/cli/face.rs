@@ -9,7 +9,7 @@ use clap::Subcommand;
 
 use super::error::CliError;
 use super::output;
-use super::scene::face_at;
+use super::scene::{face_at, is_generic};
 use crate::export::face_plate::{self, PlateOptions, Style, View};
 use crate::face::generic::proportions;
 use crate::face::{self, FaceModel, check, import as mesh_import};
@@ -28,8 +28,11 @@ enum Action {
     List,
     /// Counts, landmarks and muscles of a face.
     Show {
-        /// A face model file or a mesh (OBJ, PLY, CANDIDE .wfm); without it, the generic face.
-        #[arg(long, value_name = "FILE")]
+        /// A face model file, a mesh (OBJ, PLY, CANDIDE .wfm), or `generic`; without it, the generic face.
+        #[arg(value_name = "FACE")]
+        named: Option<PathBuf>,
+        /// The same.
+        #[arg(long, value_name = "FILE", conflicts_with = "named")]
         face: Option<PathBuf>,
     },
     /// Writes the mesh of a face as Wavefront OBJ, mm.
@@ -43,7 +46,8 @@ enum Action {
     },
     /// Checks that a face is fit for the chain.
     Check {
-        /// A face model file or a mesh (OBJ, PLY, CANDIDE .wfm); without it, the generic face.
+        /// A face model file, a mesh (OBJ, PLY, CANDIDE .wfm), or `generic`; without it, the generic face.
+        #[arg(value_name = "FACE")]
         file: Option<PathBuf>,
     },
     /// Says how near the generic face comes to other faces when it is customised by their landmarks.
@@ -108,8 +112,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
             println!("generic  {}", counts(&face::generic()));
             Ok(())
         }
-        Action::Show { face } => {
-            print!("{}", description(face_at(face.as_ref())?.as_ref()));
+        Action::Show { named, face } => {
+            print!("{}", description(face_at(named.as_ref().or(face.as_ref()))?.as_ref()));
             Ok(())
         }
         Action::Export { face, out } => {
@@ -118,7 +122,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         }
         Action::Check { file } => {
             let face = face_at(file.as_ref())?;
-            let report = match file {
+            let report = match file.as_deref().filter(|path| !is_generic(path)) {
                 None => check::check_against(&face, &check::Expectations::generic()),
                 Some(_) => check::check_against(&face, &check::Expectations::imported()),
             };

@@ -94,10 +94,15 @@ pub(super) fn check_frame(path: &Path, which: &'static str, frame: &FrameRef) ->
 
 /// The face of an option `--face FILE` (a face model or a mesh), or the generic one.
 pub(super) fn face_at(file: Option<&PathBuf>) -> Result<Arc<FaceModel>, CliError> {
-    match file {
+    match file.filter(|path| !is_generic(path)) {
         None => Ok(face::generic()),
         Some(path) => any_face(path).map(Arc::new),
     }
+}
+
+/// Whether a path is the name by which `face list` calls the embedded face. A file of that name is the file.
+pub(super) fn is_generic(path: &Path) -> bool {
+    path.as_os_str() == "generic" && !path.exists()
 }
 
 /// A face model file, or a mesh of another program as a face without landmarks and muscles; what was repaired is said on stderr.

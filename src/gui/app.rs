@@ -8,6 +8,7 @@ use super::action_state::ActionState;
 use super::dialogs::Dialogs;
 use super::face_work::FaceWork;
 use super::jobs::Jobs;
+use super::new_frames::NewFrame;
 use super::panels::frames::points;
 use super::pictures::Pictures;
 use super::view_state::{ViewState, Workspace};
@@ -36,6 +37,8 @@ pub struct App {
     pub(super) pictures: Pictures,
     pub(super) view: ViewState,
     pub(super) jobs: Jobs,
+    /// Pictures that were chosen and wait for what becomes of the marks on those before.
+    pub(super) waiting_frames: Vec<NewFrame>,
     pub(super) dialogs: Box<dyn Dialogs>,
     pub(super) commands: Vec<Command>,
     /// Where journals of projects without a file and the list of recent projects are kept, if unsaved work is kept at all.
@@ -131,6 +134,7 @@ impl App {
             pictures: Pictures::default(),
             view,
             jobs: Jobs::default(),
+            waiting_frames: Vec::new(),
             dialogs,
             commands: Vec::new(),
             state_folder: None,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::action::Action;
 use super::dialogs::Purpose;
 use super::modal::Modal;
+use super::new_frames::NewFrame;
 use super::rescue::Rescue;
 use super::view_state::NoticeKind;
 use crate::face::draft::DraftEdit;
@@ -37,6 +38,12 @@ pub enum Command {
     AskFiles(Purpose),
     /// The person has named these files (or none, having thought better of it).
     FilesChosen(Purpose, Vec<PathBuf>),
+    /// These paths were typed for that purpose: should they be wrong, they can be mended.
+    Typed(Purpose, String),
+    /// Begin a new project with these pictures.
+    NewProjectWith(Vec<NewFrame>),
+    /// Make these pictures the frames and keep the marks that were made on others.
+    KeepMarks(Vec<NewFrame>),
     /// Read a picture and make it a frame of the project.
     LoadFrame(Which, PathBuf),
     /// Files were dropped on the window, on a pane of the frames or elsewhere.
@@ -74,6 +81,8 @@ pub enum Command {
 pub enum After {
     /// A new, empty project.
     New,
+    /// A new project with these pictures.
+    NewWith(Vec<(Which, PathBuf)>),
     /// The embedded sample.
     Sample,
     /// A dialog that asks which project to open.

@@ -31,6 +31,7 @@ impl App {
     pub(super) fn proceed(&mut self, after: After, ctx: &egui::Context) {
         match after {
             After::New => self.open_document(Project::default(), None),
+            After::NewWith(frames) => self.begin_with(frames, ctx),
             After::AskOpen => self.dialogs.ask(ctx, Purpose::OpenProject),
             After::Open(path) => self.open(&path),
             After::Sample => match sample::project() {
@@ -64,6 +65,7 @@ impl App {
         self.view.frames.drag = None;
         self.view.frames.tool = Tool::Select;
         self.view.frames.placed = None;
+        self.waiting_frames.clear();
         self.view.frames.fit();
         self.solve_anew();
         self.look_for_unsaved_work();

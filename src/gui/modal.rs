@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::command::After;
 use super::dialogs::Purpose;
+use super::new_frames::NewFrame;
 use super::panels::sequence::SequenceView;
 use super::rescue::Rescue;
 
@@ -16,7 +17,11 @@ pub enum Modal {
         title: String,
         /// Why, and what to do: one line.
         text: String,
+        /// The dialog with the paths that were typed, to be mended.
+        again: Option<Box<Modal>>,
     },
+    /// Pictures were chosen that are not those that were marked.
+    OtherFrames(Vec<NewFrame>),
     /// There are unsaved changes in the way.
     Unsaved(After),
     /// The face that is being made has unsaved changes, which are in the way.

@@ -62,11 +62,11 @@ impl App {
     /// Says why a project cannot be opened, and offers what lies beside it.
     pub fn offer_rescue(&mut self, path: &Path, why: String) {
         let found = found_beside(path);
-        self.view.modal = Some(if found.is_empty() {
-            Modal::Error { title: "The project cannot be opened".to_owned(), text: why }
+        if found.is_empty() {
+            self.fail("The project cannot be opened", why);
         } else {
-            Modal::Spoilt { path: path.to_owned(), why, found }
-        });
+            self.view.modal = Some(Modal::Spoilt { path: path.to_owned(), why, found });
+        }
     }
 
     /// Opens what stands for a spoilt file, as unsaved work under a name of its own: the spoilt file is never overwritten.

@@ -62,6 +62,9 @@ impl App {
             Command::GoToStep(step) => self.in_step_with_guide(|app| app.document.history.go_to(step)),
             Command::AskFiles(purpose) => self.dialogs.ask(ctx, purpose),
             Command::FilesChosen(purpose, files) => self.files_chosen(&purpose, files, ctx),
+            Command::Typed(purpose, typed) => self.view.typed = Some((purpose, typed)),
+            Command::NewProjectWith(frames) => self.new_project_with(frames, ctx),
+            Command::KeepMarks(frames) => self.keep_marks(frames, ctx),
             Command::LoadFrame(which, path) => pictures::read(which, Source::File(path), true, ctx, &mut self.jobs),
             Command::Dropped(paths, over) => self.dropped(paths, over, ctx),
             Command::Show(modal) => self.view.modal = Some(modal),
@@ -102,7 +105,14 @@ impl App {
 
     /// Says in a dialog what could not be done.
     pub(super) fn fail(&mut self, title: &str, text: String) {
-        self.view.modal = Some(Modal::Error { title: title.to_owned(), text });
+        // What was typed comes back to be mended; of several errors only the first finds it.
+        let typed = self.view.typed.take();
+        let typed = typed.map(|(purpose, typed)| Box::new(Modal::Path { purpose, typed, focused: false }));
+        let again = typed.or_else(|| match self.view.modal.take() {
+            Some(Modal::Error { again, .. }) => again,
+            _ => None,
+        });
+        self.view.modal = Some(Modal::Error { title: title.to_owned(), text, again });
     }
 
     fn act(&mut self, action: Action, ctx: &egui::Context) {
@@ -220,10 +230,14 @@ impl App {
         for finished in self.jobs.poll() {
             self.finish(finished, ctx);
         }
+        self.ask_about_waiting_frames();
         let project = self.document.history.project();
         let path = self.document.path.clone().unwrap_or_else(|| "unnamed".into());
         let resolve = |frame: &FrameRef| paths::resolve(&path, frame);
         let wanted = [0, 1].map(|i| self.view.frames.panes[i].adjustment);
+        if self.jobs.running().is_empty() && self.view.modal.is_none() && self.commands.is_empty() {
+            self.view.typed = None;
+        }
         self.pictures.follow(project, &resolve, wanted, ctx, &mut self.jobs);
         if self.view.workspace == Workspace::Face {
             self.enter_face();
@@ -235,27 +249,7 @@ impl App {
     fn finish(&mut self, finished: Finished, ctx: &egui::Context) {
         match finished {
             Finished::Frame { which, source, chosen: true, result: Ok(frame) } => {
-                match paths::to_text(self.document.path.as_deref(), source.path()) {
-                    Ok(text) => {
-                        let named = FrameRef {
-                            path: text,
-                            sha256: frame.sha256().to_owned(),
-                            width_px: frame.width(),
-                            height_px: frame.height(),
-                        };
-                        self.pictures.frame_read(which, source, Ok(frame));
-                        self.edit(&Edit::SetFrame(which, Some(named)), ctx);
-                        self.view.frames.fit();
-                        let frames = &self.project().frames;
-                        let text = if frames.first.is_some() && frames.last.is_some() {
-                            "The first and the last frame are open.".to_owned()
-                        } else {
-                            format!("The {} frame is open.", which.word())
-                        };
-                        self.tell(NoticeKind::Done, text, ctx);
-                    }
-                    Err(e) => self.fail("The frame cannot be used", e.to_string()),
-                }
+                self.frame_chosen(which, source, frame, ctx);
             }
             Finished::Frame { chosen: true, result: Err(why), .. } => self.fail("The frame cannot be read", why),
             Finished::Frame { which, source, result, .. } => self.pictures.frame_read(which, source, result),

@@ -1,5 +1,6 @@
 //! How the window looks: two quiet palettes, one spacing, and the colours of everything drawn on a picture.
 
+use super::keyboard::OneTabAPass;
 use egui::{Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, Style, TextStyle, Theme, Vec2, Visuals};
 
 /// Colours of what is drawn on a picture. They lie on photographs of skin, so they are the same in light and dark.
@@ -68,6 +69,7 @@ pub fn palette(visuals: &Visuals) -> Palette {
 
 /// Gives a context both styles.
 pub fn install(ctx: &egui::Context) {
+    ctx.add_plugin(OneTabAPass::default());
     ctx.set_style_of(Theme::Dark, style(Theme::Dark));
     ctx.set_style_of(Theme::Light, style(Theme::Light));
 }

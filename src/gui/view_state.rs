@@ -1,5 +1,6 @@
 //! What the window shows and how: nothing of it is part of the project, and none of it changes a result.
 
+use super::dialogs::Purpose;
 use super::modal::Modal;
 use super::panels;
 use crate::project::PointId;
@@ -19,6 +20,8 @@ pub struct ViewState {
     pub face: panels::face::FaceView,
     /// The dialog that is open.
     pub modal: Option<Modal>,
+    /// Paths that were typed and are not yet known to be good: after an error they can be mended.
+    pub typed: Option<(Purpose, String)>,
     /// The palette, while it is open.
     pub palette: Option<panels::palette::PaletteView>,
     /// What was last said in the status bar.

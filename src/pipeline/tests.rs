@@ -94,6 +94,7 @@ fn with_marks_at_the_truth_the_positions_and_the_forces_are_exact() {
     let face = face();
     let mut p = project(&face);
     mark_all(&mut p, &face, |_| true);
+    p.settings.marking_sigma_px = 0.01;
     let o = run(&p, &face);
     assert!(o.fit.rms_before_px < 1e-9 && o.fit.rms_after_px < 1e-9);
     for (v, x) in face.mesh().positions().iter().enumerate() {

@@ -7,6 +7,7 @@ mod face;
 mod files;
 mod guiding;
 mod marking;
+mod new_frames;
 mod pictures;
 mod stage;
 mod table_of_actions;

@@ -8,7 +8,10 @@ use super::sequence;
 use crate::gui::action::{HELD, Menu, TABLE};
 use crate::gui::dialogs::Purpose;
 use crate::gui::modal::Modal;
+use crate::gui::new_frames::NewFrame;
+use crate::gui::pictures::file_name;
 use crate::gui::{Command, theme};
+use crate::project::FrameRef;
 
 /// Shows the open dialog; false when it is to be closed.
 pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>) -> bool {
@@ -18,11 +21,12 @@ pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>)
         ui.label(RichText::new(title(modal)).heading().strong());
         ui.add_space(6.0);
         close = match modal {
-            Modal::Error { text, .. } => {
+            Modal::Error { text, again, .. } => {
                 ui.label(text.as_str());
                 ui.add_space(8.0);
-                ui.button("Close").clicked()
+                ui.button(if again.is_some() { "Change the paths" } else { "Close" }).clicked()
             }
+            Modal::OtherFrames(frames) => other_frames(ui, frames, commands),
             Modal::Unsaved(after) => {
                 let choices = [Command::SaveThen(after.clone()), Command::Proceed(after.clone())];
                 unsaved(ui, "The project has changes that are not saved.", choices, commands)
@@ -71,16 +75,22 @@ pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>)
     // Unsaved work is never answered by a click beside the dialog.
     let leave = match modal {
         Modal::Recover { .. } | Modal::Spoilt { .. } => false,
+        Modal::OtherFrames(_) => ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, egui::Key::Escape)),
         // Nor is a path that is half typed thrown away by one.
         Modal::Path { .. } => ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, egui::Key::Escape)),
         _ => shown.should_close(),
     };
-    !(close || leave)
+    let closed = close || leave;
+    if closed && let Modal::Error { again: Some(again), .. } = modal {
+        commands.push(Command::Show((**again).clone()));
+    }
+    !closed
 }
 
 fn title(modal: &Modal) -> &str {
     match modal {
         Modal::Error { title, .. } => title,
+        Modal::OtherFrames(_) => "Other pictures than those that were marked",
         Modal::Unsaved(_) | Modal::UnsavedFace(_) => "Save changes?",
         Modal::Recover { .. } => "Recover unsaved work?",
         Modal::Spoilt { .. } => "The project cannot be read",
@@ -89,6 +99,35 @@ fn title(modal: &Modal) -> &str {
         Modal::Keys => "Keys",
         Modal::About => "Frontalis",
     }
+}
+
+/// What becomes of marks that were made on other pictures; true when one of the three was chosen.
+fn other_frames(ui: &mut egui::Ui, frames: &[NewFrame], commands: &mut Vec<Command>) -> bool {
+    for frame in frames {
+        let FrameRef { width_px, height_px, .. } = frame.named;
+        let name = file_name(&frame.path);
+        ui.label(format!("{name}, {width_px} × {height_px} px, is to be the {} frame.", frame.which.word()));
+    }
+    ui.label("The marks of this project were made on another picture. A new project leaves it as it is.");
+    ui.add_space(8.0);
+    let mut chosen = false;
+    ui.horizontal(|ui| {
+        let new = primary(ui, "New project");
+        if ui.memory(|m| m.focused().is_none()) && !ui.is_sizing_pass() {
+            new.request_focus();
+        }
+        if new.clicked() {
+            commands.push(Command::NewProjectWith(frames.to_vec()));
+            chosen = true;
+        }
+        let hint = "The same picture from another file, turned up or packed anew: the marks are in the same places.";
+        if ui.button("Keep the marks").on_hover_text(hint).clicked() {
+            commands.push(Command::KeepMarks(frames.to_vec()));
+            chosen = true;
+        }
+        chosen |= ui.button("Cancel").clicked();
+    });
+    chosen
 }
 
 /// Save, discard or cancel; true when one was chosen.
@@ -160,6 +199,7 @@ fn path(
     ui.horizontal(|ui| {
         let go_on = ui.add_enabled(complete, egui::Button::new(word)).clicked();
         if (go_on || enter) && complete {
+            commands.push(Command::Typed(purpose.clone(), typed.clone()));
             commands.push(Command::FilesChosen(purpose.clone(), files));
             close = true;
         }

@@ -37,7 +37,7 @@ fn numbers(ui: &mut egui::Ui, scene: Scene<'_>, focus: &mut Focus, commands: &mu
         row(ui, "Scale of the face x, y, z", format!("{x:.2}, {y:.2}, {z:.2}"), "Of the generic face along its axes.");
     });
     heading(ui, "Head motion");
-    head(ui, scene);
+    head(ui, scene, commands);
     heading(ui, "Forces");
     forces(ui, scene, focus, commands);
 }
@@ -99,7 +99,7 @@ fn places_of(warning: &Warning) -> Vec<(PointId, String)> {
     }
 }
 
-fn head(ui: &mut egui::Ui, scene: Scene<'_>) {
+fn head(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
     let head = &scene.outcome.head;
     if head.still_points == 0 {
         ui.label("Not removed: mark at least 3 still points (4 also tell the noise floor).");
@@ -130,6 +130,7 @@ fn head(ui: &mut egui::Ui, scene: Scene<'_>) {
             "How far the still points disagree after the head's motion is removed: what a mark is worth here.",
         );
     });
+    super::settings::scatter(ui, scene, commands);
 }
 
 fn forces(ui: &mut egui::Ui, scene: Scene<'_>, focus: &mut Focus, commands: &mut Vec<Command>) {

@@ -394,4 +394,22 @@ fn marking(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
         decimals: 2,
     };
     number.show(ui, settings.marking_sigma_px, commands, |v| changed(settings, |s| s.marking_sigma_px = v));
+    scatter(ui, scene, commands);
+}
+
+/// What the still points say of the marking error, and a button that believes them.
+pub fn scatter(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
+    let settings = &scene.project.settings;
+    let Some(noise_px) = scene.outcome.head.noise_floor_px else { return };
+    // To the digits that a person would type.
+    let told = (noise_px * 100.0).round().max(1.0) / 100.0;
+    if (told - settings.marking_sigma_px).abs() < 0.005 {
+        return;
+    }
+    ui.label(format!("Still points scatter {told:.2} px; forces count with {} px.", settings.marking_sigma_px));
+    let hint = "Marks that were smoothed, or predicted places that were only accepted, scatter less than hands err: this then flatters the ± of every force.";
+    if ui.button("Use it as the marking error").on_hover_text(hint).clicked() {
+        commands.push(Command::Edit(changed(settings, |s| s.marking_sigma_px = told)));
+    }
+    ui.label(RichText::new("It flatters marks that were smoothed or only accepted.").small().weak());
 }
