@@ -715,5 +715,5 @@ fn an_empty_project_is_drawn_without_a_number() {
     }
     let mut harness = harness(state, [900.0, 600.0]);
     harness.run();
-    assert!(harness.query_by_label_contains("No vertex is measured").is_some());
+    assert!(harness.query_all_by_label_contains("No vertex is measured").next().is_some());
 }

@@ -165,9 +165,7 @@ pub enum Warning {
         what: String,
     },
     /// Marks lie where there is no picture.
-    #[error(
-        "{count} marks lie outside their picture, the first of {first}: they were made on other frames, or the frames were cut."
-    )]
+    #[error("{}", outside_picture(*.count, .first))]
     OutsidePicture {
         /// Number of marks.
         count: usize,
@@ -184,6 +182,13 @@ pub enum Warning {
         /// Median of force / standard error.
         ratio: f64,
     },
+}
+
+fn outside_picture(count: usize, first: &PointId) -> String {
+    if count == 1 {
+        return format!("The mark of {first} lies outside its picture.");
+    }
+    format!("{count} marks lie outside their picture, the first that of {first}: they seem made on other frames.")
 }
 
 impl ForceField {

@@ -221,11 +221,11 @@ fn the_mode_is_told_by_button_guide_pane_and_status_and_a_second_click_keeps_it(
     assert_eq!(window.state().view().frames.tool, Tool::Features);
     let v = asked(&window);
     window.get_by_label_contains("Press the same spot of skin");
-    assert!(window.query_all_by_label_contains(&format!("A press in the last frame marks point {v}")).next().is_some());
+    assert!(window.query_all_by_label_contains(&format!("Last frame: press marks: point {v}")).next().is_some());
     key(&mut window, Key::S);
     assert!(on(&window, "Select") && !on(&window, mode));
     assert!(window.query_by_label_contains("Press the same spot of skin").is_none());
-    assert!(window.query_by_label_contains("A press in the last frame").is_none());
+    assert!(window.query_by_label_contains("press marks:").is_none());
     let before = window.state().project().clone();
     quick(&mut window, Pos2::new(700.0, 120.0), Vec2::ZERO);
     assert_eq!(window.state().project(), &before);

@@ -113,19 +113,22 @@ fn other_frames(ui: &mut egui::Ui, frames: &[NewFrame], commands: &mut Vec<Comma
     let mut chosen = false;
     ui.horizontal(|ui| {
         let new = primary(ui, "New project");
-        if ui.memory(|m| m.focused().is_none()) && !ui.is_sizing_pass() {
-            new.request_focus();
-        }
         if new.clicked() {
             commands.push(Command::NewProjectWith(frames.to_vec()));
             chosen = true;
         }
         let hint = "The same picture from another file, turned up or packed anew: the marks are in the same places.";
-        if ui.button("Keep the marks").on_hover_text(hint).clicked() {
+        let keep = ui.button("Keep the marks").on_hover_text(hint);
+        let cancel = ui.button("Cancel");
+        // The keyboard speaks to the three buttons alone: Enter takes the first, Tab goes on.
+        if ![&new, &keep, &cancel].iter().any(|b| b.has_focus()) && !ui.is_sizing_pass() {
+            new.request_focus();
+        }
+        if keep.clicked() {
             commands.push(Command::KeepMarks(frames.to_vec()));
             chosen = true;
         }
-        chosen |= ui.button("Cancel").clicked();
+        chosen |= cancel.clicked();
     });
     chosen
 }

@@ -401,9 +401,9 @@ fn marking(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
 pub fn scatter(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
     let settings = &scene.project.settings;
     let Some(noise_px) = scene.outcome.head.noise_floor_px else { return };
-    // To the digits that a person would type.
-    let told = (noise_px * 100.0).round().max(1.0) / 100.0;
-    if (told - settings.marking_sigma_px).abs() < 0.005 {
+    // To the digits that a person would type. Marks without any scatter were computed, and tell nothing of a hand.
+    let told = (noise_px * 100.0).round() / 100.0;
+    if told < 0.01 || (told - settings.marking_sigma_px).abs() < 0.005 {
         return;
     }
     ui.label(format!("Still points scatter {told:.2} px; forces count with {} px.", settings.marking_sigma_px));

@@ -3,7 +3,7 @@
 use egui::{ProgressBar, RichText};
 
 use super::frames::SideTab;
-use super::frames::{guide, points};
+use super::frames::{Tool, guide, points};
 use crate::displacement::VertexState;
 use crate::gui::height_map::options::{fixed, with_error};
 use crate::gui::jobs::Jobs;
@@ -63,7 +63,8 @@ fn press_now(scene: Scene<'_>, view: &ViewState) -> Option<String> {
     }
     let chosen = points::chosen_vertices(scene, &view.frames.regions);
     let press = guide::what_a_press_does(scene, &chosen, &view.frames, &view.focus)?;
-    Some(format!("{press}   ·   Ctrl+press: another point"))
+    let frame = if view.frames.tool == Tool::Landmarks { "First frame" } else { "Last frame" };
+    Some(format!("{frame}: {press}   ·   Enter: its predicted place   ·   Ctrl+press: another point"))
 }
 
 /// The pixel under the pointer, or the vertex with its force.

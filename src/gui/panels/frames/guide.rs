@@ -79,17 +79,16 @@ pub fn progress(scene: Scene<'_>, chosen: &[u32], tool: Tool) -> (usize, usize) 
     (all.iter().filter(|l| scene.project.landmarks.contains_key(&l.id)).count(), all.len())
 }
 
-/// What a press does now, in one line: for the status bar and over the pane.
+/// What a press does now, in a few words for the pane it does it in: "press places: Tip of the nose".
 pub fn what_a_press_does(scene: Scene<'_>, chosen: &[u32], view: &FramesView, focus: &Focus) -> Option<String> {
-    let at_end = || Some("The guide is at the end of its list.".to_owned());
     match (view.tool, asked(scene, chosen, view.tool, focus.selected.as_ref()).ok().flatten()) {
-        (Tool::Landmarks | Tool::Features, None) => at_end(),
+        (Tool::Landmarks | Tool::Features, None) => Some("end of the list".to_owned()),
         (Tool::Landmarks, Some(PointId::Landmark(id))) => {
             let name = scene.face.landmark(&id).map_or(id.as_str(), |l| l.name.as_str());
-            Some(format!("A press in the first frame places: {name}"))
+            Some(format!("press places: {name}"))
         }
         (Tool::Features, Some(PointId::FeatureLast(v))) => {
-            Some(format!("A press in the last frame marks {} {v}", points::kind_of(scene, v).word()))
+            Some(format!("press marks: {} {v}", points::kind_of(scene, v).word()))
         }
         _ => None,
     }

@@ -140,7 +140,8 @@ pub fn show(
 
 /// The active pane has the keyboard whenever no other widget has it, and then keeps arrows and Tab to itself.
 fn keep_keyboard(ui: &egui::Ui, response: &Response, view: &FramesView, which: Which) {
-    if view.active == which && ui.memory(|m| m.focused().is_none()) && ui.is_enabled() {
+    let free = ui.memory(|m| m.focused().is_none() && m.top_modal_layer().is_none());
+    if view.active == which && free && ui.is_enabled() {
         response.request_focus();
     }
     let filter = egui::EventFilter { tab: true, horizontal_arrows: true, vertical_arrows: true, escape: true };
