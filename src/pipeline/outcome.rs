@@ -186,9 +186,9 @@ pub enum Warning {
 
 fn outside_picture(count: usize, first: &PointId) -> String {
     if count == 1 {
-        return format!("The mark of {first} lies outside its picture.");
+        return format!("One mark lies outside its picture, that of {first}.");
     }
-    format!("{count} marks lie outside their picture, the first that of {first}: they seem made on other frames.")
+    format!("{count} marks lie outside their picture, the first that of {first}: they seem to be of other frames.")
 }
 
 impl ForceField {
