@@ -8,11 +8,12 @@ pub mod pose;
 pub mod radial;
 pub mod transfer;
 
-use nalgebra::{Point2, Point3};
+use nalgebra::{Point2, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::camera::Camera;
 use crate::face::Mesh;
+use crate::face::mesh::doubled_area_vector;
 
 pub use nnwa::Anchor;
 
@@ -221,7 +222,10 @@ pub fn customize(
             let alignment = align::align(&landmarks, &marks, camera, settings.z_factor);
             pose::Pose { alignment, turn_sigma: [0.0; 3] }
         }
-        AlignRule::Pose => pose::align(&landmarks, &marks, camera, settings.z_factor),
+        AlignRule::Pose => {
+            let facing: Vec<f64> = targets.iter().map(|t| facing(mesh, t.vertex)).collect();
+            pose::align(&landmarks, &facing, &marks, camera, settings.z_factor)
+        }
     };
     let aligned: Vec<Point3<f64>> = mesh.positions().iter().map(|x| alignment.apply(x)).collect();
     for (vertex, x) in aligned.iter().enumerate() {
@@ -259,6 +263,14 @@ pub fn customize(
         positions,
         aligned,
     })
+}
+
+/// z of the outward unit normal at a vertex: 1 where the skin faces the front, 0 on the outline. 1 for a vertex of no triangle.
+fn facing(mesh: &Mesh, vertex: u32) -> f64 {
+    let around = mesh.triangles_of_vertex(vertex as usize).iter();
+    let normal: Vector3<f64> =
+        around.map(|&t| doubled_area_vector(mesh.positions(), mesh.triangles()[t as usize])).sum();
+    normal.try_normalize(1e-12).map_or(1.0, |n| n.z)
 }
 
 /// Moves vertices with the anchors by the rule of the settings.

@@ -26,8 +26,13 @@ const LEAST_DEPTH: f64 = 0.35;
 const MOST_SAMPLES: usize = 20_000;
 /// A place this far outside the target is not on it, mm.
 const OUTSIDE_MM: f64 = 6.0;
-/// The same for muscles, whose ends are less exact, mm.
-const MUSCLE_OUTSIDE_MM: f64 = 14.0;
+/// The end of a muscle may lie so far outside the target, mm: it goes to its rim (a forehead that ends below the hair still has its
+/// frontalis) ...
+const MUSCLE_OUTSIDE_MM: f64 = 30.0;
+/// ... as long as this share of its length is left.
+const LEAST_LENGTH: f64 = 0.4;
+/// A vertex farther than this from the place of a landmark does not stand for it, mm.
+const NOT_THERE_MM: f64 = 12.0;
 /// Distance between a place and its vertex at which the confidence has fallen to a half, mm.
 const HALF_CONFIDENCE_MM: f64 = 5.0;
 
@@ -278,7 +283,8 @@ fn bind(
         let x = &laid[l.vertex as usize];
         let given = known.iter().find(|(id, _)| *id == l.id).map(|(_, v)| *v);
         let vertex = given.or_else(|| if outside(x, OUTSIDE_MM) { None } else { symmetric(l.vertex) });
-        let vertex = vertex.filter(|v| landmarks.iter().all(|other| other.vertex != *v));
+        let near = |v: &u32| given.is_some() || (mesh.positions()[*v as usize] - x).norm() < NOT_THERE_MM;
+        let vertex = vertex.filter(|v| near(v) && landmarks.iter().all(|other| other.vertex != *v));
         let confidence = vertex.map_or(0.0, |v| {
             let away = (mesh.positions()[v as usize] - x).norm() / HALF_CONFIDENCE_MM;
             let edge = if surface.closest(x).on_border { 0.5 } else { 1.0 };
@@ -297,10 +303,14 @@ fn bind(
 
     let mut left_out = Vec::new();
     let mut muscle = |m: &Muscle| -> Option<Muscle> {
-        let ends = [m.attachment, m.insertion]
-            .map(|v| if outside(&laid[v as usize], MUSCLE_OUTSIDE_MM) { None } else { symmetric(v) });
-        match ends {
-            [Some(attachment), Some(insertion)] if attachment != insertion => {
+        let there = |v: u32| surface.closest(&laid[v as usize]).distance < MUSCLE_OUTSIDE_MM;
+        let length = |a: Point3<f64>, b: Point3<f64>| (a - b).norm();
+        let whole = length(laid[m.attachment as usize], laid[m.insertion as usize]);
+        let left = |a: u32, b: u32| length(mesh.positions()[a as usize], mesh.positions()[b as usize]);
+        match [m.attachment, m.insertion].map(|v| if there(v) { symmetric(v) } else { None }) {
+            [Some(attachment), Some(insertion)]
+                if attachment != insertion && left(attachment, insertion) > LEAST_LENGTH * whole =>
+            {
                 Some(Muscle { attachment, insertion, ..m.clone() })
             }
             _ => {

@@ -79,6 +79,12 @@ class Face:
         sides = np.sort(np.vstack([self.triangles[:, [0, 1]], self.triangles[:, [1, 2]], self.triangles[:, [2, 0]]]), axis=1)
         self.edges, self.edge_of_side, self.sides_of_edge = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
         self.edge_of_side = self.edge_of_side.reshape(3, -1)
+        # z of the vertices' unit normals, each the mean of its triangles' by area.
+        a, b, c = (self.x[self.triangles[:, k]] for k in range(3))
+        normals = np.zeros_like(self.x)
+        for k in range(3):
+            np.add.at(normals, self.triangles[:, k], np.cross(b - a, c - a))
+        self.facing = normals[:, 2] / np.linalg.norm(normals, axis=1)
         self.border = np.unique(self.edges[self.sides_of_edge == 1])
 
 
@@ -99,14 +105,14 @@ def customise(project, face, camera):
     at = np.array([face.landmarks[i] for i in ids])
     marks = np.array([project["landmarks"][i]["at_px"] for i in ids])
     align = {"thesis": by_ranges, "pose": by_pose}[settings["align"]]
-    aligned, scale = align(face.x, face.x[at], marks, camera, settings["z_factor"])
+    aligned, scale = align(face.x, face.x[at], marks, camera, settings["z_factor"], face.facing[at])
     rms_before = np.sqrt(((camera.picture(aligned[at]) - marks) ** 2).sum(axis=1).mean())
     shifts = np.array([camera.back(p, aligned[v][2]) - aligned[v] for p, v in zip(marks, at)])
     morph = {"nnwa": nnwa, "radial": radial}[settings["morph"]]
     return morph(aligned, aligned[at], shifts, settings), scale, rms_before
 
 
-def by_ranges(x, landmarks, marks, camera, z_factor):
+def by_ranges(x, landmarks, marks, camera, z_factor, facing):
     # The shift (dx, dy) that centres the projections: mean a (x + dx) = mean of the marks on the plane.
     factor = (camera.z_prp - camera.z_vp) / (camera.z_prp - landmarks[:, 2])
     wanted = camera.on_plane(marks.mean(axis=0))
@@ -127,8 +133,8 @@ def by_ranges(x, landmarks, marks, camera, z_factor):
     return about + (x + np.append(shift, 0.0) - about) * scale, scale
 
 
-def by_pose(x, landmarks, marks, camera, z_factor):
-    """Rotation vector, logarithms of two scales and a shift that minimise the misses / 3 mm and what is known without a mark.
+def by_pose(x, landmarks, marks, camera, z_factor, facing):
+    """Rotation vector, logarithms of two scales and a shift that minimise 4 ln(1 + r^2 / 4), r = facing^1.5 miss / 3 mm, and what is known without a mark.
 
     Gauss-Newton from rest; the Jacobian is a complex step."""
     centre, wanted = landmarks.mean(axis=0), camera.on_plane(marks)
@@ -143,18 +149,21 @@ def by_pose(x, landmarks, marks, camera, z_factor):
     def lacks(u):
         y = put(u, landmarks)
         seen = y[:, :2] * ((camera.z_prp - camera.z_vp) / (camera.z_prp - y[:, 2]))[:, None]
-        known = [u[0] / 0.1, u[1] / 0.1, u[2] / 0.1, (u[3] - u[4]) / 0.05, (u[3] + u[4]) / 2.0 / 0.3]
-        return np.concatenate([((seen - wanted) / 3.0).ravel(), known])
+        known = [u[0] / 0.08, u[1] / 0.08, u[2] / 0.08, (u[3] - u[4]) / 0.05, (u[3] + u[4]) / 2.0 / 0.3]
+        return np.concatenate([((seen - wanted) * (np.maximum(facing, 0.1) ** 1.5)[:, None] / 3.0).ravel(), known])
 
     u = np.zeros(7)
     u[5:7] = (wanted - landmarks[:, :2]).mean(axis=0)
-    for _ in range(200):
+    for _ in range(1000):
         jacobian = np.empty((2 * len(marks) + 5, 7))
         for k in range(7):
             step = np.zeros(7, dtype=complex)
             step[k] = 1e-30j
             jacobian[:, k] = lacks(u + step).imag / 1e-30
-        step = np.linalg.lstsq(jacobian, -lacks(u), rcond=None)[0]
+        # Each landmark is believed as much as its miss allows: the slope of the logarithm.
+        squared = (lacks(u)[:-5].reshape(-1, 2) ** 2).sum(axis=1)
+        believed = np.append(np.repeat((1.0 + squared / 4.0) ** -0.5, 2), np.ones(5))
+        step = np.linalg.lstsq(jacobian * believed[:, None], -lacks(u) * believed, rcond=None)[0]
         u = u + step
         if np.abs(step).max() < 1e-14:
             break

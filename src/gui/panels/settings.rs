@@ -5,6 +5,7 @@ use egui::{CollapsingHeader, DragValue, RichText};
 use super::frames::{FramesView, Tool};
 use super::skin_table::{self, SkinTableView};
 use crate::camera::Scale;
+use crate::customize::{AlignRule, MorphRule};
 use crate::displacement::{DepthRule, UnmarkedRule};
 use crate::forces::SpringRule;
 use crate::gui::{Command, Scene};
@@ -274,15 +275,58 @@ fn rules<T: Copy + PartialEq>(
 
 fn fit(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
     let settings = &scene.project.settings;
+    rules(
+        ui,
+        settings,
+        settings.customize.align,
+        &[
+            (
+                AlignRule::Pose,
+                "The head may turn",
+                "Shift, size and turn of the head come from all landmarks together.",
+            ),
+            (AlignRule::Thesis, "The head is straight", "Shift and size alone, from the landmarks' ranges (thesis)."),
+        ],
+        commands,
+        |s, rule| s.customize.align = rule,
+    );
     let number = Number {
         label: "Depth over width",
         unit: "",
-        tooltip: "How much deeper than wide the generic face is made. The thesis takes 1.15.",
+        tooltip: "How much deeper than wide the generic face is made. 1 keeps people's depth; the thesis takes 1.15.",
         range: 0.2..=3.0,
         speed: 0.005,
         decimals: 2,
     };
     number.show(ui, settings.customize.z_factor, commands, |v| changed(settings, |s| s.customize.z_factor = v));
+    rules(
+        ui,
+        settings,
+        settings.customize.morph,
+        &[
+            (
+                MorphRule::Radial,
+                "Smoothest way between landmarks",
+                "Radial functions: lengths between landmarks come out truest.",
+            ),
+            (MorphRule::Nnwa, "Average of the landmarks", "Weighted by inverse distance (thesis)."),
+        ],
+        commands,
+        |s, rule| s.customize.morph = rule,
+    );
+    if settings.customize.morph == MorphRule::Radial {
+        let number = Number {
+            label: "Landmarks may be missed by",
+            unit: " mm",
+            tooltip: "Standard deviation. Above 0 marks that contradict each other no longer fold the face.",
+            range: 0.0..=10.0,
+            speed: 0.01,
+            decimals: 2,
+        };
+        let set = |v| changed(settings, |s| s.customize.smoothing_mm = v);
+        number.show(ui, settings.customize.smoothing_mm, commands, set);
+        return;
+    }
     let number = Number {
         label: "Power of the distance",
         unit: "",
