@@ -209,9 +209,9 @@ mod tests {
         let level = CustomizeSettings { z_factor: 1.0, ..CustomizeSettings::thesis() };
         let thesis = fit(&generic, &target, 1000.0, &level).unwrap();
         assert_eq!(best.landmarks, 32);
-        assert!(best.after.shifted.rms_mm < 1.0 && best.after.rigid.rms_mm < 0.5, "{:?}", best.after.shifted);
+        assert!(best.after.shifted.rms_mm < 1.5 && best.after.rigid.rms_mm < 0.6, "{:?}", best.after.shifted);
         assert!(
-            thesis.after.shifted.forehead_rms_mm > 2.5 * best.after.shifted.forehead_rms_mm,
+            thesis.after.shifted.forehead_rms_mm > 2.0 * best.after.shifted.forehead_rms_mm,
             "{:?}",
             thesis.after.shifted
         );

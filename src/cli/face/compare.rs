@@ -283,6 +283,7 @@ fn csv(choices: &[Choice], rows: &[Row]) -> String {
 
 /// Time against error, one mark a choice: the mean over the targets where there are any, otherwise the people's error in the plane.
 fn chart(choices: &[Choice], rows: &[Row]) -> String {
+    let faces = rows.iter().filter(|r| r.choice == 0 && matches!(r.outcome, Found::Face(_))).count();
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
     let points: Vec<(f64, f64, f64)> = (0..choices.len())
         .map(|c| {
@@ -297,15 +298,19 @@ fn chart(choices: &[Choice], rows: &[Row]) -> String {
             (mean(&times), error, mean(&forehead))
         })
         .collect();
-    let (width, height, left, top, right, bottom) = (760.0, 470.0, 74.0, 64.0, 24.0, 66.0);
+    let (width, height, left, top, right, bottom) = (900.0, 470.0, 74.0, 64.0, 250.0, 66.0);
     let most = |v: &dyn Fn(&(f64, f64, f64)) -> f64| points.iter().map(v).fold(1e-9, f64::max);
     let (x_end, y_end) = (1.12 * most(&|p| p.0), 1.12 * most(&|p| p.1.max(p.2)));
     let x = |ms: f64| left + ms / x_end * (width - left - right);
     let y = |mm: f64| height - bottom - mm / y_end * (height - top - bottom);
     let mut out = format!(
-        r##"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" font-family="{}" font-size="13" fill="#26262c"><rect width="{width}" height="{height}" fill="#ffffff"/><text x="{left}" y="30" font-size="18">Customised faces: time against error</text><text x="{left}" y="50" fill="#5a5a64">mean over {} targets; filled: all vertices, hollow: forehead</text>"##,
+        r##"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" font-family="{}" font-size="13" fill="#26262c"><rect width="{width}" height="{height}" fill="#ffffff"/><text x="{left}" y="30" font-size="18">Customised faces: time against error</text><text x="{left}" y="50" fill="#5a5a64">{}</text>"##,
         crate::draw::svg::FONT_FAMILY,
-        rows.len() / choices.len().max(1)
+        if faces > 0 {
+            format!("mean over {faces} faces; filled: all vertices, hollow: forehead")
+        } else {
+            "in the picture's plane, over the people drawn".to_owned()
+        }
     );
     let grid = |out: &mut String, path: String| {
         let _ = write!(out, r##"<path d="{path}" stroke="#e3e3e8" fill="none"/>"##);
@@ -333,17 +338,39 @@ fn chart(choices: &[Choice], rows: &[Row]) -> String {
         height - 16.0,
         0.5 * (top + height - bottom)
     );
-    for (choice, (ms, error, forehead)) in choices.iter().zip(&points) {
+    let mut numbers: Vec<(f64, f64)> = Vec::new();
+    for (k, (choice, (ms, error, forehead))) in choices.iter().zip(&points).enumerate() {
+        let mut at = (x(*ms), 0.0);
+        let highest = y(*error).min(if *forehead > 0.0 { y(*forehead) } else { f64::INFINITY });
+        if *forehead > 0.0 {
+            let _ = write!(
+                out,
+                r##"<path d="M{0:.1} {1:.1}V{2:.1}" stroke="#7a86b8" stroke-width="1.2"/><circle cx="{0:.1}" cy="{2:.1}" r="5" fill="#ffffff" stroke="#35478c" stroke-width="1.8"/>"##,
+                x(*ms),
+                y(*error),
+                y(*forehead)
+            );
+        }
+        // A number goes beside another that is already there.
+        at.1 = highest - 10.0;
+        while numbers.iter().any(|n| (n.0 - at.0).abs() < 12.0 && (n.1 - at.1).abs() < 14.0) {
+            at.0 += 12.0;
+        }
+        numbers.push(at);
         let _ = write!(
             out,
-            r##"<path d="M{0:.1} {1:.1}V{2:.1}" stroke="#7a86b8" stroke-width="1.2"/><circle cx="{0:.1}" cy="{2:.1}" r="5" fill="#ffffff" stroke="#35478c" stroke-width="1.8"/><circle cx="{0:.1}" cy="{1:.1}" r="5" fill="#35478c"/><text x="{3:.1}" y="{4:.1}" text-anchor="{5}">{6}</text>"##,
+            r##"<circle cx="{0:.1}" cy="{1:.1}" r="5" fill="#35478c"/><text x="{10:.1}" y="{2:.1}" text-anchor="middle">{3}</text><text x="{4:.1}" y="{5:.1}">{3}  {6}</text><text x="{4:.1}" y="{7:.1}" fill="#5a5a64" font-size="12">{8:.2} mm, forehead {9:.2} mm</text>"##,
             x(*ms),
             y(*error),
-            y(*forehead),
-            if x(*ms) > 0.7 * width { x(*ms) - 10.0 } else { x(*ms) + 10.0 },
-            y(*error) + 4.0,
-            if x(*ms) > 0.7 * width { "end" } else { "start" },
-            crate::draw::svg::escape(&choice.name)
+            at.1,
+            k + 1,
+            width - right + 24.0,
+            top + 16.0 + 44.0 * k as f64,
+            crate::draw::svg::escape(&choice.name),
+            top + 33.0 + 44.0 * k as f64,
+            error,
+            forehead,
+            at.0
         );
     }
     out.push_str("</svg>");
