@@ -185,6 +185,19 @@ impl Ink {
         let inner = across * ((width - self.feather) / 2.0);
         let outer = across * f32::midpoint(width, self.feather);
         let first = self.mesh.vertices.len() as u32;
+        if width <= self.feather {
+            // A line of one pixel has no inside: two triangles to either side of it are enough, and a wireframe is thousands of lines.
+            for end in [a, b] {
+                self.vertex(end + outer, Color32::TRANSPARENT);
+                self.vertex(end, colour);
+                self.vertex(end - outer, Color32::TRANSPARENT);
+            }
+            for k in 0..2 {
+                let (p, q) = (first + k, first + k + 3);
+                self.mesh.indices.extend_from_slice(&[p, p + 1, q, p + 1, q + 1, q]);
+            }
+            return;
+        }
         for end in [a, b] {
             self.vertex(end + outer, Color32::TRANSPARENT);
             self.vertex(end + inner, colour);

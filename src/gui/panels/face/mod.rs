@@ -190,6 +190,10 @@ pub fn show(ui: &mut egui::Ui, work: &FaceWork, view: &mut FaceView, state: &Act
             for (tab, title) in Tab::ALL {
                 ui.selectable_value(&mut view.tab, tab, title);
             }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let hint = "Bind the other side at the same time, where the mesh has a vertex across the midline";
+                ui.toggle_value(&mut view.mirrored, "Both sides").on_hover_text(hint);
+            });
         });
         ui.separator();
         egui::ScrollArea::vertical().id_salt(view.tab as usize).auto_shrink(false).show(ui, |ui| {

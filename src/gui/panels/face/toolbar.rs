@@ -1,4 +1,4 @@
-//! The tools above the face: files, where the eye stands, what is drawn, and whether both sides are bound at once.
+//! The tools above the face: files, where the eye stands, and what is drawn.
 
 use egui::{ComboBox, Ui};
 
@@ -50,9 +50,6 @@ pub(super) fn show(ui: &mut Ui, view: &mut FaceView, state: &ActionState, comman
         switch(ui, Action::HideMarks, "Marks", state, commands);
         ui.toggle_value(&mut view.muscles, "Fibres").on_hover_text("Hide or show the muscles");
         switch(ui, Action::ShowNames, "Names", state, commands);
-        ui.separator();
-        let hint = "Bind the other side at the same time, where the mesh has a vertex across the midline";
-        ui.toggle_value(&mut view.mirrored, "Both sides").on_hover_text(hint);
     });
     ui.add_space(3.0);
 }
