@@ -1,4 +1,4 @@
-//! What is drawn of a surface: every triangle of a small mesh; of a large one every triangle with data, and the rest from a coarser level.
+//! What is drawn of a surface: every triangle of a small mesh; of a large one as many as can be seen, most of them where there are data.
 
 use super::surface::Surface;
 use crate::face::mesh::Mesh;
@@ -7,13 +7,20 @@ use crate::gui::face_drawing::levels::Level;
 /// A mesh with fewer triangles is drawn whole.
 const LARGE: usize = 20_000;
 
+/// A triangle to draw.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Part {
+    /// Its corners, vertices of the mesh.
+    pub corners: [u32; 3],
+    /// Whether it stands up: all its corners have data.
+    pub raised: bool,
+}
+
 /// The triangles and edges to draw.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Parts {
-    /// Triangles of the mesh.
-    pub triangles: Vec<u32>,
-    /// Triangles between vertices of the mesh that stand for many flat ones; all of them without data.
-    pub coarse: Vec<[u32; 3]>,
+    /// The triangles.
+    pub triangles: Vec<Part>,
     /// Edges of the mesh.
     pub edges: Vec<u32>,
 }
@@ -25,47 +32,62 @@ pub fn is_large(mesh: &Mesh) -> bool {
 
 impl Parts {
     /// Everything.
-    pub fn whole(mesh: &Mesh) -> Self {
+    pub fn whole(mesh: &Mesh, surface: &Surface) -> Self {
+        let part = |(corners, raised): (&[u32; 3], &bool)| Part { corners: *corners, raised: *raised };
         Self {
-            triangles: (0..mesh.triangles().len() as u32).collect(),
-            coarse: Vec::new(),
+            triangles: mesh.triangles().iter().zip(&surface.raised).map(part).collect(),
             edges: (0..mesh.edges().len() as u32).collect(),
         }
     }
 
-    /// Everything with data, and around it a ring of a cell; beyond that the level's triangles, which overlap the ring and nothing else.
-    pub fn reduced(mesh: &Mesh, surface: &Surface, level: &Level) -> Self {
-        let Some(&last) = level.stands_for.last() else { return Self::whole(mesh) };
-        debug_assert!((last as usize) < level.vertices.len());
-        let cell = |v: u32| level.stands_for[v as usize] as usize;
-        let mut with_data = vec![false; level.vertices.len()];
-        for (t, _) in mesh.triangles().iter().zip(&surface.raised).filter(|(_, raised)| **raised) {
-            for &v in t {
-                with_data[cell(v)] = true;
+    /// What has data from the level `fine`, a ring around it, too, and beyond that from the level `flat`, which overlaps the ring and
+    /// nothing else. Where many vertices become one, the one with the largest value stands for them: no peak is lost.
+    pub fn reduced(mesh: &Mesh, surface: &Surface, values: &[Option<f64>], fine: &Level, flat: &Level) -> Self {
+        if flat.stands_for.is_empty() {
+            return Self::whole(mesh, surface);
+        }
+        let best = highest(values, fine);
+        let corners = |t: &[u32; 3]| -> Part {
+            match t.map(|c| best[c as usize]) {
+                [Some(a), Some(b), Some(c)] => Part { corners: [a, b, c], raised: true },
+                _ => Part { corners: t.map(|c| fine.vertices[c as usize]), raised: false },
             }
+        };
+        let mut triangles: Vec<Part> = fine.triangles.iter().map(corners).collect();
+        let cell = |v: u32| flat.stands_for[v as usize] as usize;
+        let mut with_data = vec![false; flat.vertices.len()];
+        for v in triangles.iter().filter(|t| t.raised).flat_map(|t| t.corners) {
+            with_data[cell(v)] = true;
         }
         let mut near = with_data.clone();
-        for t in level.triangles.iter().filter(|t| t.iter().any(|&c| with_data[c as usize])) {
+        for t in flat.triangles.iter().filter(|t| t.iter().any(|&c| with_data[c as usize])) {
             for &c in t {
                 near[c as usize] = true;
             }
         }
-        let is_near = |t: &[u32; 3]| t.iter().any(|&v| near[cell(v)]);
-        let triangles: Vec<u32> = (0..mesh.triangles().len() as u32)
-            .filter(|&t| surface.raised[t as usize] || is_near(&mesh.triangles()[t as usize]))
-            .collect();
-        let beyond = level.triangles.iter().filter(|t| !t.iter().any(|&c| with_data[c as usize]));
+        triangles.retain(|t| t.raised || t.corners.iter().any(|&v| near[cell(v)]));
+        let beyond = flat.triangles.iter().filter(|t| !t.iter().any(|&c| with_data[c as usize]));
+        triangles.extend(beyond.map(|t| Part { corners: t.map(|c| flat.vertices[c as usize]), raised: false }));
         let raised = |t: &u32| surface.raised.get(*t as usize).copied().unwrap_or(false);
-        Self {
-            triangles,
-            coarse: beyond.map(|t| t.map(|c| level.vertices[c as usize])).collect(),
-            edges: (0_u32..)
-                .zip(mesh.triangles_of_edge())
-                .filter(|(_, sides)| sides.iter().any(raised))
-                .map(|(e, _)| e)
-                .collect(),
+        let edges = (0_u32..).zip(mesh.triangles_of_edge()).filter(|(_, sides)| sides.iter().any(raised));
+        // Where even triangles are joined edges cannot be told apart.
+        let edges = if fine.stands_for.is_empty() { edges.map(|(e, _)| e).collect() } else { Vec::new() };
+        Self { triangles, edges }
+    }
+}
+
+/// For each vertex of a level the vertex of the mesh with the largest value among those that it stands for.
+fn highest(values: &[Option<f64>], level: &Level) -> Vec<Option<u32>> {
+    let mut best: Vec<Option<(f64, u32)>> = vec![None; level.vertices.len()];
+    for (v, value) in (0_u32..).zip(values) {
+        let Some(size) = value.map(f64::abs) else { continue };
+        let place = if level.stands_for.is_empty() { v } else { level.stands_for[v as usize] };
+        let here = &mut best[place as usize];
+        if here.is_none_or(|(most, _)| size > most) {
+            *here = Some((size, v));
         }
     }
+    best.into_iter().map(|b| b.map(|(_, v)| v)).collect()
 }
 
 #[cfg(test)]
@@ -91,24 +113,29 @@ mod tests {
         let values: Vec<_> = mesh.positions().iter().map(|p| with_data(p).then_some(1.0)).collect();
         let surface = Surface::new(&mesh, mesh.positions(), &values, 1.0, Relief::Plane);
         let levels = Levels::new(&mesh);
-        let parts = Parts::reduced(&mesh, &surface, levels.at(1.0, 7.0));
-        assert!(parts.triangles.len() + parts.coarse.len() < mesh.triangles().len() / 5);
-        for t in 0..mesh.triangles().len() {
-            assert!(!surface.raised[t] || parts.triangles.contains(&(t as u32)), "triangle {t} has data");
-        }
+        let parts = Parts::reduced(&mesh, &surface, &values, levels.finest(), levels.at(1.0, 7.0));
+        assert!(parts.triangles.len() < mesh.triangles().len() / 5);
+        let raised = parts.triangles.iter().filter(|t| t.raised).count();
+        assert_eq!(raised, surface.raised.iter().filter(|r| **r).count(), "what has data is there whole");
         // No coarse triangle lies over data, and no place between the two is left empty.
         let inside = |t: &[u32; 3], x: f64, y: f64| {
             let [a, b, c] = t.map(|v| mesh.positions()[v as usize]);
             let side = |p: Point3<f64>, q: Point3<f64>| (q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x);
             side(a, b) >= -1e-9 && side(b, c) >= -1e-9 && side(c, a) >= -1e-9
         };
-        let fine: Vec<[u32; 3]> = parts.triangles.iter().map(|&t| mesh.triangles()[t as usize]).collect();
         for k in 0..400 {
             let (x, y) = (20.0 + f64::from(k % 20) * 6.03, 20.0 + f64::from(k / 20) * 6.03);
             let on_data = (x - 80.0).abs() <= 11.0 && (y - 60.0).abs() <= 11.0;
-            let coarse = parts.coarse.iter().any(|t| inside(t, x, y));
-            assert!(!(on_data && coarse), "{x} {y} is covered twice");
-            assert!(coarse || fine.iter().any(|t| inside(t, x, y)), "{x} {y} is empty");
+            let covered = |raised: bool| parts.triangles.iter().any(|t| t.raised == raised && inside(&t.corners, x, y));
+            assert!(!(on_data && covered(false)), "{x} {y} is covered twice");
+            assert!(covered(true) || covered(false), "{x} {y} is empty");
         }
+        // Joined, the highest vertex of each cell is kept.
+        let mut values = values;
+        let peak = values.iter().position(Option::is_some).unwrap() + 5;
+        values[peak] = Some(-9.0);
+        let joined = Parts::reduced(&mesh, &surface, &values, levels.at(1.0, 2.0), levels.at(1.0, 7.0));
+        assert!(joined.triangles.iter().any(|t| t.raised && t.corners.contains(&(peak as u32))));
+        assert!(joined.triangles.len() < parts.triangles.len() && joined.edges.is_empty());
     }
 }

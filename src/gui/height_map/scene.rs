@@ -105,7 +105,7 @@ impl Scene<'_> {
     /// Paints everything into `ink`.
     pub fn paint(&self, projected: &Projected, ink: &mut Ink) {
         let size = self.marker_size(projected);
-        ink.reserve(2 * (self.parts.triangles.len() + self.parts.coarse.len()));
+        ink.reserve(2 * self.parts.triangles.len());
         // Corners of coloured triangles are shared: each is lit and coloured once.
         let s = self.surface;
         let corner: Vec<u32> = (0..s.top.len())
@@ -141,20 +141,14 @@ impl Scene<'_> {
         };
         let triangles = self.mesh.triangles();
         let mean = |t: &[u32; 3], raised: bool| t.iter().map(|&v| depth_of(v, raised)).sum::<f64>() / 3.0;
-        let mut triangle_depth = vec![f64::NEG_INFINITY; triangles.len()];
-        let mut parts = Vec::with_capacity(self.parts.triangles.len() * 3 + self.parts.coarse.len());
-        for &t in &self.parts.triangles {
-            let t = t as usize;
-            triangle_depth[t] = mean(&triangles[t], s.raised[t]);
-            parts.push(sort_key(triangle_depth[t], Part::Triangle, t));
-        }
-        for (k, t) in self.parts.coarse.iter().enumerate() {
-            parts.push(sort_key(mean(t, false), Part::Triangle, triangles.len() + k));
-        }
+        let depth = |t: u32| mean(&triangles[t as usize], s.raised[t as usize]);
+        let drawn = &self.parts.triangles;
+        let mut parts = Vec::with_capacity(drawn.len() * 3);
+        parts.extend(drawn.iter().enumerate().map(|(k, t)| sort_key(mean(&t.corners, t.raised), Part::Triangle, k)));
         if self.options.wireframe && self.edges_are_long(projected) {
             for &e in &self.parts.edges {
                 let sides = &self.mesh.triangles_of_edge()[e as usize];
-                let nearest = sides.iter().filter(|t| **t != NONE).map(|&t| triangle_depth[t as usize]);
+                let nearest = sides.iter().filter(|t| **t != NONE).map(|&t| depth(t));
                 parts.push(sort_key(nearest.fold(f64::NEG_INFINITY, f64::max), Part::Edge, e as usize));
             }
         }
@@ -167,7 +161,7 @@ impl Scene<'_> {
         let measured = |v: usize| self.outcome.states.get(v) == Some(&VertexState::Measured);
         for v in 0..self.layer.values.len() {
             if self.layer.values[v].is_some() && (!crowded || measured(v)) {
-                let nearest = self.mesh.triangles_of_vertex(v).iter().map(|&t| triangle_depth[t as usize]);
+                let nearest = self.mesh.triangles_of_vertex(v).iter().map(|&t| depth(t));
                 parts.push(sort_key(nearest.fold(f64::NEG_INFINITY, f64::max), Part::Vertex, v));
             }
         }
@@ -196,12 +190,10 @@ impl Scene<'_> {
 
     fn triangle(&self, t: usize, corner: &[u32], projected: &Projected, ink: &mut Ink) {
         let s = self.surface;
-        let fine = self.mesh.triangles().get(t);
-        let Some(corners) = fine.or_else(|| self.parts.coarse.get(t - self.mesh.triangles().len())) else { return };
-        let on_ground = corners.iter().all(|&v| self.ground.holds(&s.base[v as usize]));
-        let corners = corners.map(|v| v as usize);
-        if fine.is_none() || !s.raised[t] {
-            if !on_ground {
+        let Some(part) = self.parts.triangles.get(t) else { return };
+        let corners = part.corners.map(|v| v as usize);
+        if !part.raised {
+            if !corners.iter().all(|&v| self.ground.holds(&s.base[v])) {
                 return;
             }
             let light = corners.map(|v| multiply(self.inks.unmeasured, self.light(&s.base_normals[v])));

@@ -29,14 +29,15 @@ pub(super) struct Raised {
     pub(super) layer: Option<Layer>,
     /// The surface.
     pub(super) surface: Surface,
-    /// Least edge of the level that the parts were made of, mm.
-    level_mm: f64,
+    /// Edges of the two levels that the parts were made of, mm.
+    levels_mm: Option<[f64; 2]>,
     /// What of it is drawn.
     pub(super) parts: Parts,
 }
 
-/// Flat triangles are drawn from a level whose edges are at least so long on the screen, points.
-const SHORTEST_SIDE: f64 = 6.0;
+/// Triangles with data are drawn from a level whose edges are at least so long on the screen, and flat ones, points.
+const SHORTEST_RAISED: f64 = 2.5;
+const SHORTEST_FLAT: f64 = 6.0;
 
 impl Prepared {
     /// What was prepared before if it still holds, or anew.
@@ -72,15 +73,15 @@ impl Prepared {
         let layer = without_border(&self.layer);
         let values = &layer.as_ref().unwrap_or(&self.layer).values;
         let surface = Surface::new(scene.face.mesh(), &self.first, values, mm_per_unit, o.relief);
-        Raised { from, layer, surface, level_mm: f64::NAN, parts: Parts::default() }
+        Raised { from, layer, surface, levels_mm: None, parts: Parts::default() }
     }
 
     /// Chooses what is drawn at that size of a millimetre on the screen.
     pub(super) fn choose(&mut self, scene: Scene<'_>, raised: &mut Raised, points_per_mm: f64) {
         let mesh = scene.face.mesh();
         if !parts::is_large(mesh) {
-            if raised.level_mm.is_nan() {
-                (raised.level_mm, raised.parts) = (0.0, Parts::whole(mesh));
+            if raised.levels_mm.is_none() {
+                (raised.levels_mm, raised.parts) = (Some([0.0; 2]), Parts::whole(mesh, &raised.surface));
             }
             return;
         }
@@ -88,10 +89,12 @@ impl Prepared {
             Some((_, levels)) => Arc::clone(levels),
             None => Arc::clone(&self.levels.insert((scene.stamp.face, Arc::new(Levels::new(mesh)))).1),
         };
-        let level: &Level = levels.at(points_per_mm, SHORTEST_SIDE);
-        if raised.level_mm != level.spacing_mm {
-            raised.level_mm = level.spacing_mm;
-            raised.parts = Parts::reduced(mesh, &raised.surface, level);
+        let [fine, flat]: [&Level; 2] = [SHORTEST_RAISED, SHORTEST_FLAT].map(|least| levels.at(points_per_mm, least));
+        let from = Some([fine.spacing_mm, flat.spacing_mm]);
+        if raised.levels_mm != from {
+            let values = &raised.layer.as_ref().unwrap_or(&self.layer).values;
+            raised.parts = Parts::reduced(mesh, &raised.surface, values, fine, flat);
+            raised.levels_mm = from;
         }
     }
 
