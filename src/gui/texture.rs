@@ -13,8 +13,9 @@ const OPTIONS: TextureOptions = TextureOptions {
     magnification: TextureFilter::Linear,
     minification: TextureFilter::Linear,
     wrap_mode: TextureWrapMode::ClampToEdge,
-    // A painted grid shown small would otherwise turn into moiré.
-    mipmap_mode: Some(TextureFilter::Linear),
+    // A painted grid shown small would otherwise turn into moiré. Blending between two sizes would double the work of a card that
+    // is a program.
+    mipmap_mode: Some(TextureFilter::Nearest),
 };
 
 /// A picture in tiles.

@@ -37,7 +37,7 @@ pub const COLOURS: [(&str, Color32, Color32); 4] = [
 ];
 
 /// Edges that would be shorter on the screen are drawn from a coarser level, ui points.
-const SHORTEST_EDGE: f64 = 7.0;
+const SHORTEST_EDGE: f64 = 9.0;
 
 /// Draws the edges of the face with its vertices at `in_image`, px; `points_per_mm` is the size of a millimetre on the screen.
 #[expect(clippy::too_many_arguments, reason = "what is drawn, where, and how")]
