@@ -256,11 +256,11 @@ fn legend(scene: &Scene, heights: &Heights<'_>, options: &HeightMapOptions, [low
     let pattern = |out: &mut String, id: &str, turn: i32, behind: [u8; 3], strokes: &[(f64, f64, [u8; 3])]| {
         let _ = write!(
             out,
-            r##"<pattern id="{id}" width="7" height="7" patternUnits="userSpaceOnUse" patternTransform="rotate({turn})"><rect width="7" height="7" fill="{}"/>"##,
+            r#"<pattern id="{id}" width="7" height="7" patternUnits="userSpaceOnUse" patternTransform="rotate({turn})"><rect width="7" height="7" fill="{}"/>"#,
             hex(behind)
         );
         for (x, width, ink) in strokes {
-            let _ = write!(out, r##"<rect x="{x}" width="{width}" height="7" fill="{}"/>"##, hex(*ink));
+            let _ = write!(out, r#"<rect x="{x}" width="{width}" height="7" fill="{}"/>"#, hex(*ink));
         }
         out.push_str("</pattern>");
     };
@@ -282,7 +282,7 @@ fn legend(scene: &Scene, heights: &Heights<'_>, options: &HeightMapOptions, [low
         );
         for (i, line) in lines.into_iter().enumerate() {
             let (x, y) = (left + 36.0, y + 15.0 + 17.0 * i as f64);
-            let _ = write!(out, r##"<text x="{x:.1}" y="{y:.1}" font-size="15">{line}</text>"##);
+            let _ = write!(out, r#"<text x="{x:.1}" y="{y:.1}" font-size="15">{line}</text>"#);
         }
     };
     sign(bottom + 24.0, "hatch", ["not measured,", "or border"]);

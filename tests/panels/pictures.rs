@@ -2,9 +2,10 @@
 
 use egui_kittest::{SnapshotOptions, SnapshotResults};
 use frontalis::gui::modal::Modal;
+use frontalis::gui::new_frames::NewFrame;
 use frontalis::gui::panels::frames::{SideTab, Tool};
 use frontalis::gui::panels::palette::PaletteView;
-use frontalis::project::{PointId, Project};
+use frontalis::project::{PointId, Project, Which};
 
 use crate::stage::{Person, Window, open, project, settle};
 
@@ -89,6 +90,20 @@ const VIEWS: &[View] = &[
     }),
     ("palette", [760.0, 520.0], true, |w| w.state_mut().view_mut().palette = Some(PaletteView::default())),
     ("keys", [760.0, 820.0], true, |w| w.state_mut().view_mut().modal = Some(Modal::Keys)),
+    ("guide_end", [1000.0, 640.0], true, |w| {
+        w.ctx.all_styles_mut(|style| style.animation_time = 0.0);
+        let v = frontalis::face::generic().region("brows")[3];
+        w.state_mut().push(frontalis::gui::Command::Edit(frontalis::project::Edit::Clear(PointId::FeatureLast(v))));
+        w.state_mut().push(frontalis::gui::Command::Do(frontalis::gui::Action::ToolFeatures));
+        w.state_mut().push(frontalis::gui::Command::Do(frontalis::gui::Action::Next));
+    }),
+    ("other_frames", [760.0, 480.0], true, |w| {
+        let first = w.state().project().frames.first.clone().unwrap();
+        let named = frontalis::project::FrameRef { width_px: 800, height_px: 600, ..first };
+        let frame = |which, path: &str| NewFrame { which, path: path.into(), named: named.clone() };
+        let frames = vec![frame(Which::First, "/pictures/neutral.jpg"), frame(Which::Last, "/pictures/surprise.jpg")];
+        w.state_mut().view_mut().modal = Some(Modal::OtherFrames(frames));
+    }),
     ("unsaved", [760.0, 480.0], true, |w| {
         w.state_mut().view_mut().modal = Some(Modal::Unsaved(frontalis::gui::command::After::New));
     }),

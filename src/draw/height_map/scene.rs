@@ -271,7 +271,9 @@ impl Scene {
                 std::array::from_fn(|c| 0.45 * edge[c] + 0.4 * grey[c])
             }
             Surface::Measured | Surface::Noise => {
-                if let (Surface::Noise, Some(stroke)) = (surface, self.noise_stroke(&blend)) {
+                // Across the hatching of what was not measured.
+                let across = blend(&|i| self.points[i].x - self.points[i].y);
+                if let (Surface::Noise, Some(stroke)) = (surface, noise_stroke(across)) {
                     return colour(stroke);
                 }
                 let normal = Vector3::from_fn(|axis, _| blend(&|i| self.normals[i][axis]));
@@ -287,14 +289,11 @@ impl Scene {
     }
 }
 
-impl Scene {
-    /// The stroke of the hatching of noise at a place, if one lies there: across the hatching of what was not measured.
-    fn noise_stroke(&self, blend: &dyn Fn(&dyn Fn(usize) -> f64) -> f64) -> Option<[u8; 3]> {
-        let across = blend(&|i| self.points[i].x) - blend(&|i| self.points[i].y);
-        let [pitch, width] = NOISE_HATCH_MM.map(|mm| mm * std::f64::consts::SQRT_2);
-        let stroke = (across.rem_euclid(pitch) / width) as usize;
-        NOISE_HATCHING.get(stroke).copied()
-    }
+/// The stroke of the hatching of noise at a place, mm across it, if one lies there.
+fn noise_stroke(across: f64) -> Option<[u8; 3]> {
+    let [pitch, width] = NOISE_HATCH_MM.map(|mm| mm * std::f64::consts::SQRT_2);
+    let stroke = (across.rem_euclid(pitch) / width) as usize;
+    NOISE_HATCHING.get(stroke).copied()
 }
 
 /// A colour under more or less light; above 1 it goes towards white.
