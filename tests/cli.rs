@@ -219,6 +219,36 @@ fn twin_writes_a_scene_of_known_truth_that_solves() {
     assert!(refused(&["twin", "--out", text(&again), "--noise-px", "21"]).contains("noise_px is 21"));
 }
 
+/// The generic face out as OBJ and in again: the same landmarks, muscles and regions, and a fit to itself.
+#[test]
+fn a_mesh_becomes_a_face_and_is_compared() {
+    let dir = tempfile::tempdir().unwrap();
+    let [obj, bare, bound, out] = ["face.obj", "bare.json", "bound.json", "compared"].map(|name| dir.path().join(name));
+    done(&["face", "export", "--out", text(&obj)]);
+    assert!(done(&["face", "import", text(&obj), "--out", text(&bare)]).contains("0 landmarks, 0 muscles"));
+    let said = done(&["face", "import", text(&obj), "--transfer", "--mm-per-unit", "1", "--out", text(&bound)]);
+    assert!(said.contains("32 landmarks, 18 muscles") && !said.contains("note: check"), "{said}");
+    // Names and vertices are the same; positions differ by where the origin lies.
+    let bindings = |shown: String| -> Vec<String> {
+        let landmarks = shown.lines().skip(4).take(32);
+        landmarks.map(|l| l.split_whitespace().take(2).collect::<Vec<_>>().join(" ")).collect()
+    };
+    assert_eq!(bindings(done(&["face", "show", "--face", text(&bound)])), bindings(done(&["face", "show"])));
+    let table = done(&["face", "compare", text(&bound), "--people", "3", "--out", text(&out)]);
+    assert!(table.contains("pose, radial") && table.contains("3 people"), "{table}");
+    for name in ["compare.csv", "compare.svg", "compare.png", "distances.png"] {
+        assert!(out.join(name).metadata().unwrap().len() > 100, "{name}");
+    }
+    let one = done(&["face", "compare", text(&bound), "--align", "thesis", "--z-factor", "1.2"]);
+    assert!(one.contains("as asked") && !one.contains("pose"), "{one}");
+    assert!(refused(&["face", "compare", text(&bare)]).contains("has 0 landmarks"));
+    fs::write(&obj, "v 0 0 0\nf 1 2 3\n").unwrap();
+    assert!(
+        refused(&["face", "import", text(&obj), "--out", text(&bare)])
+            .contains("face.obj: line 2: the corner names vertex 2")
+    );
+}
+
 #[test]
 fn face_lists_shows_exports_checks_and_generates() {
     let dir = tempfile::tempdir().unwrap();
