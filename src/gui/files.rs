@@ -118,7 +118,8 @@ impl App {
         }
         self.remove_journal();
         if !moved.is_empty() {
-            self.commands.push(Command::Edits(moved));
+            let from = self.document.path.clone();
+            self.document.history.relocate(|p| paths::rebase(p, from.as_deref(), &path));
         }
         self.document.saved = project;
         self.tell(NoticeKind::Done, format!("Saved to {}.", path.display()), ctx);

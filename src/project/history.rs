@@ -87,6 +87,18 @@ impl History {
         }
     }
 
+    /// Makes an edit to every state, past and to come, that is no step of its own: paths after a save, which no hand chose.
+    pub fn relocate(&mut self, edits_of: impl Fn(&Project) -> Vec<Edit>) {
+        let steps = self.past.iter_mut().chain(&mut self.future).map(|step| &mut step.project);
+        for project in steps.chain([&mut self.present]) {
+            for edit in edits_of(project) {
+                // A path is text like any other: such an edit is never refused.
+                let _ = edit.apply(project);
+            }
+        }
+        self.revision += 1;
+    }
+
     /// Whether a gesture is open.
     pub fn in_gesture(&self) -> bool {
         self.gesture.is_some()
@@ -197,5 +209,21 @@ mod tests {
             h.go_to(last);
             prop_assert_eq!(h.project(), &states[last]);
         }
+    }
+
+    #[test]
+    fn a_relocation_reaches_every_state_and_is_no_step() {
+        let mut history = History::new(Project::default());
+        history.apply(&Edit::Rename("a".into())).unwrap();
+        history.apply(&Edit::Rename("b".into())).unwrap();
+        assert!(history.undo());
+        let steps = (history.done().len(), history.undone().len());
+        history.relocate(|p| vec![Edit::Rename(format!("{}!", p.name))]);
+        assert_eq!((history.done().len(), history.undone().len()), steps);
+        assert_eq!(history.project().name, "a!");
+        assert!(history.redo());
+        assert_eq!(history.project().name, "b!");
+        assert!(history.undo() && history.undo());
+        assert_eq!(history.project().name, "!");
     }
 }
