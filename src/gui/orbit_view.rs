@@ -6,6 +6,7 @@
 use egui::{Pos2, Rect, Vec2};
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 
+use super::action::{Action, Direction as Way};
 use super::wheel;
 
 /// Where the eye stands and how large it sees. `None` in the two last fields means "so that everything fits".
@@ -155,6 +156,28 @@ impl OrbitView {
             Vector3::new(f64::from(from_centre.x), -f64::from(from_centre.y), 0.0) * (1.0 / before - 1.0 / after);
         self.points_per_mm = Some(after);
         self.target = self.target.map(|t| t + projection.view_from_face.transpose() * shift);
+    }
+
+    /// Does what a key or a menu entry names, if it means the eye; true when it did. Arrows turn it only where `arrows` says so.
+    pub fn act(&mut self, action: Action, projection: &Projection, arrows: bool) -> bool {
+        /// One press of an arrow turns as a drag over so many points: 5°.
+        const ARROW_POINTS: f32 = 12.5;
+        match action {
+            Action::Fit => (self.target, self.points_per_mm) = (None, None),
+            Action::ZoomIn => self.zoom(projection, 1.25, projection.centre),
+            Action::ZoomOut => self.zoom(projection, 0.8, projection.centre),
+            Action::Nudge(way, _) if arrows => {
+                let [right, down] = match way {
+                    Way::Left => [-1.0, 0.0],
+                    Way::Right => [1.0, 0.0],
+                    Way::Up => [0.0, -1.0],
+                    Way::Down => [0.0, 1.0],
+                };
+                self.orbit(projection, Vec2::new(right, down) * ARROW_POINTS);
+            }
+            _ => return false,
+        }
+        true
     }
 
     /// Turns, shifts and zooms the view under the hand; a double click goes `home`.

@@ -8,7 +8,7 @@ mod toolbar;
 use crate::face::draft::{Bindings, Slot};
 use crate::face::import::Keep;
 use crate::gui::Command;
-use crate::gui::action::{Action, Direction as Way};
+use crate::gui::action::Action;
 use crate::gui::action_state::ActionState;
 use crate::gui::face_work::FaceWork;
 use crate::gui::orbit_view::{OrbitView, Projection, StandardView};
@@ -101,9 +101,6 @@ const VIEWS: [(StandardView, &str, &str); 4] = [
     (StandardView::Below, "Below", "From below the chin (4)"),
 ];
 
-/// One press of an arrow turns the face as a drag over so many points: 5°.
-const ARROW_POINTS: f32 = 12.5;
-
 impl FaceView {
     /// How the last frame was seen.
     pub fn projection(&self) -> Option<Projection> {
@@ -119,20 +116,11 @@ impl FaceView {
     /// Does what a key or a menu entry names, if it means the picture of the face; true when it did.
     pub(in crate::gui) fn act(&mut self, action: Action) -> bool {
         let Some(projection) = self.shown else { return false };
+        if self.orbit.act(action, &projection, self.canvas_focused) {
+            return true;
+        }
         match action {
-            Action::Fit => self.orbit = OrbitView { target: None, points_per_mm: None, ..self.orbit },
-            Action::ZoomIn => self.orbit.zoom(&projection, 1.25, projection.centre),
-            Action::ZoomOut => self.orbit.zoom(&projection, 0.8, projection.centre),
             Action::Look(view) => self.orbit = look_from(view),
-            Action::Nudge(way, _) if self.canvas_focused => {
-                let drag = match way {
-                    Way::Left => egui::vec2(-ARROW_POINTS, 0.0),
-                    Way::Right => egui::vec2(ARROW_POINTS, 0.0),
-                    Way::Up => egui::vec2(0.0, -ARROW_POINTS),
-                    Way::Down => egui::vec2(0.0, ARROW_POINTS),
-                };
-                self.orbit.orbit(&projection, drag);
-            }
             Action::Nudge(..) => {}
             Action::HideMarks => self.marks = !self.marks,
             Action::ShowNames => self.names = !self.names,

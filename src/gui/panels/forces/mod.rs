@@ -11,7 +11,7 @@ mod summary;
 mod table;
 mod toolbar;
 
-use crate::gui::action::{Action, Direction as Way};
+use crate::gui::action::Action;
 use crate::gui::height_map::profile::Section;
 use crate::gui::height_map::{ColourRange, Layer, MapOptions, RangeMode};
 use crate::gui::orbit_view::{OrbitView, Projection, StandardView};
@@ -67,19 +67,10 @@ impl ForcesView {
     /// Arrows turn the map only while the canvas has the keyboard's focus, otherwise they nudge the selected mark, and the map follows.
     pub fn act(&mut self, action: Action) -> bool {
         let Some(Shown { projection, .. }) = self.shown else { return false };
+        if self.orbit.act(action, &projection, self.canvas_focused) {
+            return true;
+        }
         match action {
-            Action::Fit => self.orbit = OrbitView { target: None, points_per_mm: None, ..self.orbit },
-            Action::ZoomIn => self.orbit.zoom(&projection, 1.25, projection.centre),
-            Action::ZoomOut => self.orbit.zoom(&projection, 0.8, projection.centre),
-            Action::Nudge(way, _) if self.canvas_focused => {
-                let drag = match way {
-                    Way::Left => egui::vec2(-ARROW_POINTS, 0.0),
-                    Way::Right => egui::vec2(ARROW_POINTS, 0.0),
-                    Way::Up => egui::vec2(0.0, -ARROW_POINTS),
-                    Way::Down => egui::vec2(0.0, ARROW_POINTS),
-                };
-                self.orbit.orbit(&projection, drag);
-            }
             Action::HideMarks => self.options.markers = !self.options.markers,
             Action::ShowWireframe => self.options.wireframe = !self.options.wireframe,
             Action::ShowTable => self.tab = if self.tab == Tab::Table { Tab::Profiles } else { Tab::Table },
@@ -106,9 +97,6 @@ impl ForcesView {
         self.orbit = OrbitView::standard(view);
     }
 }
-
-/// One press of an arrow turns the map as a drag over so many points: 5°.
-const ARROW_POINTS: f32 = 12.5;
 
 /// The vertex that is selected, be it as a feature point or as a landmark.
 fn selected_vertex(scene: Scene<'_>, focus: &Focus) -> Option<usize> {
