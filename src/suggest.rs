@@ -67,7 +67,18 @@ pub fn suggestions(
     last: &RgbImage,
 ) -> Vec<Suggestion> {
     let (Some(first), Some(last)) = (Gray::of(first), Gray::of(last)) else { return Vec::new() };
-    let size = [first.width() as f64, first.height() as f64];
+    suggestions_in(project, face, outcome, &Prepared::of(first), &Prepared::of(last))
+}
+
+/// The same from pictures that were prepared before: what is done again after every mark.
+pub fn suggestions_in(
+    project: &Project,
+    face: &FaceModel,
+    outcome: &Outcome,
+    first: &Prepared,
+    last: &Prepared,
+) -> Vec<Suggestion> {
+    let size = first.size().map(|side| side as f64);
     let mesh = face.mesh();
     let normals = mesh.vertex_normals(&outcome.first);
     let eye = nalgebra::Point3::new(0.0, 0.0, outcome.camera.z_prp_mm);
@@ -95,7 +106,7 @@ pub fn suggestions(
         })
         .collect();
     let settings = settings(&points, outcome.camera.px_per_mm);
-    let answers = tracking::track(&Prepared::of(first), &Prepared::of(last), &points, &settings);
+    let answers = tracking::track(first, last, &points, &settings);
     asked
         .iter()
         .zip(&points)

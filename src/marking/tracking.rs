@@ -50,6 +50,11 @@ impl Prepared {
         Self { spline, levels }
     }
 
+    /// Width and height of the picture, px.
+    pub fn size(&self) -> [usize; 2] {
+        [self.levels[0].width(), self.levels[0].height()]
+    }
+
     /// The smooth surface through the picture.
     pub fn spline(&self) -> &Spline {
         &self.spline
