@@ -15,6 +15,7 @@ use frontalis::gui::height_map::{
 };
 use frontalis::gui::orbit_view::{OrbitView, StandardView};
 use frontalis::gui::panels::forces::{self, ForcesView, Tab, vertex_name};
+use frontalis::gui::suggesting::Suggested;
 use frontalis::gui::{Command, Focus, Scene, Stamp, theme};
 use frontalis::pipeline::{ForceField, LandmarkFit, Outcome, Warning, Workspace, solve};
 use frontalis::project::{Feature, Mark, PointId, Project, Role};
@@ -185,7 +186,15 @@ fn from_the_chain() -> State {
         project.features.insert(v, Feature { first: None, last: Some(Mark::new(seen(v, true))), role: Role::Skin });
     }
     let outcome = solve(&project, &face, [1036, 1036], &mut Workspace::default());
-    State { project, outcome, face, view: ForcesView::default(), focus: Focus::default(), commands: Vec::new() }
+    State {
+        project,
+        outcome,
+        face,
+        view: ForcesView::default(),
+        focus: Focus::default(),
+        commands: Vec::new(),
+        suggested: Suggested::default(),
+    }
 }
 
 struct State {
@@ -195,6 +204,7 @@ struct State {
     view: ForcesView,
     focus: Focus,
     commands: Vec<Command>,
+    suggested: Suggested,
 }
 
 impl State {
@@ -207,11 +217,18 @@ impl State {
             view: ForcesView::default(),
             focus: Focus::default(),
             commands: Vec::new(),
+            suggested: Suggested::default(),
         }
     }
 
     fn scene(&self) -> Scene<'_> {
-        Scene { project: &self.project, outcome: &self.outcome, face: &self.face, stamp: self.stamp() }
+        Scene {
+            project: &self.project,
+            outcome: &self.outcome,
+            face: &self.face,
+            suggested: &self.suggested,
+            stamp: self.stamp(),
+        }
     }
 
     /// Tests change the outcome in place: another field, another stamp.
@@ -232,8 +249,8 @@ impl State {
 
 fn panel(ui: &mut egui::Ui, state: &mut State) {
     let stamp = state.stamp();
-    let State { project, face, outcome, view, focus, commands } = state;
-    let scene = Scene { project, outcome, face, stamp };
+    let State { project, face, outcome, view, focus, commands, suggested } = state;
+    let scene = Scene { project, outcome, face, suggested, stamp };
     forces::show(ui, scene, view, focus, commands);
     // As the application does.
     for command in commands.iter() {

@@ -103,6 +103,10 @@ pub enum Action {
     Previous,
     /// Take the predicted place for the point's mark.
     Accept,
+    /// Take every suggested place that is sure enough.
+    AcceptSure,
+    /// Suggest places for points without a mark, or not.
+    Suggest,
     /// Remove the mark.
     ClearMark,
     /// Protect the mark against the hand, or not.

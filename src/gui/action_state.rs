@@ -4,6 +4,7 @@ use super::action::Action;
 use super::face_work::FaceWork;
 use super::panels::forces::Tab;
 use super::panels::frames::{Tool, guide, points};
+use super::suggesting;
 use super::view_state::{ViewState, Workspace};
 use super::{Scene, guided, panels};
 use crate::project::{History, MarkState, PointId, Role, edit};
@@ -23,7 +24,10 @@ pub struct ActionState {
     mark: Option<MarkState>,
     /// State of the mark that *Uncertain* speaks of.
     in_doubt: Option<MarkState>,
-    predicted: bool,
+    /// Whether *Accept* would take a place.
+    acceptable: bool,
+    /// How many suggestions are sure enough, and what that means.
+    sure: (usize, f64),
     role: Option<Role>,
     switches: Switches,
 }
@@ -43,6 +47,7 @@ struct Switches {
     table: bool,
     history: bool,
     range_locked: bool,
+    suggest: bool,
 }
 
 impl ActionState {
@@ -53,7 +58,6 @@ impl ActionState {
         let mark = selected.as_ref().and_then(state_of);
         let chosen = points::chosen_vertices(scene, &view.frames.regions);
         let asked = guide::asked(scene, &chosen, view.frames.tool, selected.as_ref()).ok().flatten();
-        let known = asked.or_else(|| selected.clone()).and_then(|id| points::of(scene, &id));
         let role = match selected {
             Some(PointId::FeatureFirst(v) | PointId::FeatureLast(v)) => {
                 Some(scene.project.features.get(&v).map_or_else(Role::default, |f| f.role))
@@ -61,6 +65,7 @@ impl ActionState {
             _ => None,
         };
         let f = &view.frames;
+        let least = f.suggest.least;
         let steps = match (view.workspace, face.open()) {
             (Workspace::Face, Some(open)) => open.draft.steps(),
             _ => [history.done().last(), history.undone().next()],
@@ -76,7 +81,8 @@ impl ActionState {
             results: scene.outcome.states.iter().any(|s| s.is_known()),
             last_marks: scene.project.features.values().any(|f| f.last.is_some()),
             dark,
-            predicted: known.is_some_and(|(look, _)| look == points::Look::Predicted),
+            acceptable: suggesting::to_accept(scene, view, asked).is_some(),
+            sure: (points::sure_suggestions(scene, &chosen, least).len(), least),
             selected,
             mark,
             in_doubt: guided::in_doubt(scene, view).as_ref().and_then(state_of),
@@ -107,6 +113,7 @@ impl ActionState {
                 },
                 history: f.side == panels::frames::SideTab::History,
                 range_locked: view.forces.range_is_locked(),
+                suggest: f.suggest.on,
             },
         }
     }
@@ -123,7 +130,9 @@ impl ActionState {
             Action::ClearLast => self.last_marks,
             Action::ClearMark | Action::Lock | Action::Occluded => self.mark.is_some(),
             Action::Uncertain => self.in_doubt.is_some(),
-            Action::Accept => self.selected.is_some() && self.predicted,
+            Action::Accept => self.acceptable && in_frames,
+            // What is hidden is not accepted.
+            Action::AcceptSure => self.sure.0 > 0 && in_frames && self.switches.marks,
             Action::RoleSkin | Action::RoleStill | Action::RoleFixed => self.role.is_some(),
             Action::Nudge(..) => self.selected.is_some() || !in_frames,
             Action::Fit | Action::ZoomIn | Action::ZoomOut => self.frames || !in_frames,
@@ -150,6 +159,7 @@ impl ActionState {
             Action::RegionOnly => s.region_only,
             Action::LoupeAlways => s.loupe,
             Action::Clahe => s.clahe,
+            Action::Suggest => s.suggest,
             Action::ShowTable => s.table,
             Action::ShowHistory => s.history,
             Action::LockRange => s.range_locked,
@@ -170,6 +180,10 @@ impl ActionState {
         match (action, &self.undo, &self.redo) {
             (Action::Undo, Some(step), _) => format!("Undo: {step}"),
             (Action::Redo, _, Some(step)) => format!("Redo: {step}"),
+            (Action::AcceptSure, ..) => {
+                let (count, least) = self.sure;
+                format!("{} ({count}, {:.0} % and more)", action.label(), 100.0 * least)
+            }
             // The key saves what is shown.
             (Action::Save, ..) if self.switches.workspace == Workspace::Face => Action::SaveFace.label().to_owned(),
             _ => action.label().to_owned(),

@@ -251,10 +251,24 @@ pub const TABLE: &[Spec] = &[
     group(row(
         A::Accept,
         M::Point,
-        "Accept predicted place",
-        &[plain(Key::Enter)],
-        "Take the predicted place of the point asked for as its mark, and go to the next.",
+        "Accept place",
+        &[plain(Key::Enter), plain(Key::A)],
+        "Take the suggested or predicted place of the point asked for, or of the selected one, as its mark, and go to the next.",
     )),
+    row(
+        A::AcceptSure,
+        M::Point,
+        "Accept sure suggestions",
+        &[shift(Key::Enter), shift(Key::A)],
+        "Take every suggestion that is at least as sure as the guide says, in one step. Can be undone.",
+    ),
+    row(
+        A::Suggest,
+        M::Point,
+        "Suggest places",
+        &[plain(Key::H)],
+        "Look for the skin of every point without a mark in the last frame, and show where it probably went. Never data until accepted.",
+    ),
     row(
         A::ClearMark,
         M::Point,

@@ -11,6 +11,7 @@ use super::jobs::Jobs;
 use super::new_frames::NewFrame;
 use super::panels::frames::points;
 use super::pictures::Pictures;
+use super::suggesting::{Status, Suggesting};
 use super::view_state::{ViewState, Workspace};
 use super::{Command, Scene, Stamp, files, panels};
 use crate::face::FaceModel;
@@ -18,6 +19,7 @@ use crate::pipeline::{self, Outcome};
 use crate::project::autosave::{self, Unnamed};
 use crate::project::recent::Recent;
 use crate::project::{FaceSource, History, Project, Which};
+use crate::suggest::Suggestion;
 
 /// Size of the picture while there is none, px: that of the thesis.
 const SIZE_WITHOUT_FRAMES_PX: [u32; 2] = [1036, 1036];
@@ -35,6 +37,7 @@ pub struct App {
     pub(super) outcome: Outcome,
     pub(super) solver: Solver,
     pub(super) pictures: Pictures,
+    pub(super) suggesting: Suggesting,
     pub(super) view: ViewState,
     pub(super) jobs: Jobs,
     /// Pictures that were chosen and wait for what becomes of the marks on those before.
@@ -132,6 +135,7 @@ impl App {
             outcome,
             solver: Solver { workspace, revision: 0 },
             pictures: Pictures::default(),
+            suggesting: Suggesting::default(),
             view,
             jobs: Jobs::default(),
             waiting_frames: Vec::new(),
@@ -170,6 +174,18 @@ impl App {
     /// What the chain makes of it.
     pub fn outcome(&self) -> &Outcome {
         &self.outcome
+    }
+
+    /// The suggestions that are shown for the points to mark.
+    pub fn suggestions(&self) -> Vec<Suggestion> {
+        let scene = self.scene();
+        let chosen = points::chosen_vertices(scene, &self.view.frames.regions);
+        chosen.into_iter().filter_map(|v| points::suggestion(scene, v).copied()).collect()
+    }
+
+    /// What is to be said of them.
+    pub fn suggestion_status(&self) -> &Status {
+        &self.suggesting.shown.status
     }
 
     /// Names of the steps done, oldest first.
@@ -252,8 +268,11 @@ impl App {
         let state = self.action_state(&ctx);
         let title = self.title();
         set_window_title(&ctx, &title);
-        let Self { document, outcome, face, view, pictures, jobs, commands, recent, stamp, face_work, .. } = self;
-        let scene = Scene { project: document.history.project(), outcome, face, stamp: *stamp };
+        let Self {
+            document, outcome, face, view, pictures, jobs, commands, recent, stamp, face_work, suggesting, ..
+        } = self;
+        let suggested = &suggesting.shown;
+        let scene = Scene { project: document.history.project(), outcome, face, suggested, stamp: *stamp };
         egui::Panel::top("menu").show(ui, |ui| panels::menu::show(ui, view, &title, &state, recent, commands));
         egui::Panel::bottom("status").exact_size(26.0).show(ui, |ui| {
             panels::status::show(ui, scene, view, jobs, commands);
@@ -280,7 +299,8 @@ impl App {
 
     /// What every panel may read.
     pub(super) fn scene(&self) -> Scene<'_> {
-        Scene { project: self.project(), outcome: &self.outcome, face: &self.face, stamp: self.stamp }
+        let suggested = &self.suggesting.shown;
+        Scene { project: self.project(), outcome: &self.outcome, face: &self.face, suggested, stamp: self.stamp }
     }
 
     /// Fits another face from now on.

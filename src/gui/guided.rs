@@ -4,6 +4,7 @@ use super::Scene;
 use super::app::App;
 use super::panels::frames::{SideTab, Tool, guide, points};
 use super::run_command::capital;
+use super::suggesting;
 use super::view_state::{NoticeKind, Workspace};
 use crate::project::{Edit, MarkState, PointId, Role, Which, edit};
 
@@ -154,11 +155,16 @@ impl App {
     /// Takes the predicted place of the point asked for, or of the selected one, for its mark, and goes on to the next.
     pub(super) fn accept(&mut self, ctx: &egui::Context) {
         let guided = self.is_guided();
-        let id = if guided { self.asked() } else { self.view.focus.selected.clone() };
-        let Some(id) = id else { return };
+        let Some(id) = suggesting::to_accept(self.scene(), &self.view, self.asked()) else { return };
         let scene = self.scene();
         let Some((look, at)) = points::of(scene, &id) else { return };
-        if look != points::Look::Predicted {
+        if let (points::Look::Suggested, PointId::FeatureLast(v)) = (look, &id)
+            && let Some(suggestion) = points::suggestion(scene, *v)
+        {
+            let still = points::kind_of(scene, *v) == points::Kind::Still;
+            let edit = Edit::Accept(vec![suggesting::accepted(suggestion, still)]);
+            self.edit(&edit, ctx);
+            self.accepted(id, guided, ctx);
             return;
         }
         let still = match &id {
@@ -174,11 +180,21 @@ impl App {
         }
         self.edit(&Edit::Put(id.clone(), at), ctx);
         self.document.history.commit_gesture();
+        self.accepted(id, guided, ctx);
+    }
+
+    /// Goes on to the next point without a mark.
+    fn accepted(&mut self, id: PointId, guided: bool, ctx: &egui::Context) {
         if guided {
             self.select(Some(id.clone()));
             self.view.frames.placed = Some(id);
+            self.step_point(true, ctx);
+            return;
         }
-        self.step_point(true, ctx);
+        match guide::next_after(self.scene(), &self.chosen(), &id) {
+            Some(next) => self.jump_to(next),
+            None => self.select(Some(id)),
+        }
     }
 
     /// Says of the selected mark, or of the one that the guide has placed last, that it is in doubt, or takes that back.

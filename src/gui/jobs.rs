@@ -6,9 +6,11 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
+use std::time::Instant;
 
 use super::face_work::{FaceProposal, FaceRead};
 use super::pictures::{Adjusted, Source};
+use super::suggesting::{Answer, Failure, Ready};
 use crate::face::check::Report;
 use crate::frames::{Adjustment, Frame, FrameSequence};
 use crate::project::Which;
@@ -53,6 +55,10 @@ pub enum Finished {
         /// What was found.
         report: Report,
     },
+    /// A frame was prepared for finding points in it, or not.
+    Prepared(Which, Result<Ready, Failure>),
+    /// Places for the points that are not marked.
+    Suggested(Answer),
     /// Results were written into this folder, or not.
     Exported(Result<PathBuf, String>),
     /// The work ended without an answer.
@@ -88,6 +94,10 @@ impl Progress {
 pub enum About {
     /// The picture of a frame.
     Picture(Which),
+    /// The search for points in a frame, which needs it prepared.
+    Preparation(Which),
+    /// The suggestions.
+    Suggestions,
     /// The person.
     Person,
 }
@@ -102,6 +112,8 @@ pub struct Job {
     pub about: About,
     /// How far it is.
     pub progress: Arc<Progress>,
+    /// When it began.
+    pub began: Instant,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -138,7 +150,8 @@ impl Jobs {
         self.next += 1;
         let progress = Arc::new(Progress::default());
         let (sender, ctx, shared) = (self.sender.clone(), ctx.clone(), Arc::clone(&progress));
-        let one_at_a_time = matches!(about, About::Picture(_)).then(|| Arc::clone(&self.picture_in_memory));
+        let one_at_a_time =
+            matches!(about, About::Picture(_) | About::Preparation(_)).then(|| Arc::clone(&self.picture_in_memory));
         let thread = std::thread::Builder::new().name(name.clone()).spawn(move || {
             // A work that died has left no picture behind.
             let held = one_at_a_time.as_ref().map(|m| m.lock().unwrap_or_else(PoisonError::into_inner));
@@ -151,7 +164,9 @@ impl Jobs {
             ctx.request_repaint();
         });
         match thread {
-            Ok(thread) => self.running.push(Job { id, name, about, progress, thread: Some(thread) }),
+            Ok(thread) => {
+                self.running.push(Job { id, name, about, progress, began: Instant::now(), thread: Some(thread) });
+            }
             Err(e) => _ = self.sender.send((id, Finished::Died(format!("{name}: no thread could be started ({e})")))),
         }
     }

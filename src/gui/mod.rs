@@ -22,6 +22,7 @@ pub mod pictures;
 mod point_commands;
 pub mod rescue;
 mod run_command;
+pub mod suggesting;
 pub mod texture;
 pub mod theme;
 pub mod view_state;
@@ -48,6 +49,8 @@ pub struct Scene<'a> {
     pub outcome: &'a Outcome,
     /// The face that is fitted.
     pub face: &'a FaceModel,
+    /// Places that are suggested for points without a mark: shown, never data.
+    pub suggested: &'a suggesting::Suggested,
     /// Which face and which outcome these are.
     pub stamp: Stamp,
 }

@@ -69,7 +69,8 @@ impl Source {
         }
     }
 
-    fn read(&self) -> Result<Frame, String> {
+    /// Reads the picture; long work.
+    pub(super) fn read(&self) -> Result<Frame, String> {
         let frame = match self {
             Self::File(path) => Frame::read(path),
             Self::Sample(path, bytes) => Frame::decode(path, bytes),
@@ -177,6 +178,11 @@ impl Picture {
             }
             State::Failed(why) => PictureStatus::Failed(why),
         }
+    }
+
+    /// Where its pixels come from, and their hash, once it is there.
+    pub(super) fn source(&self) -> Option<(&Source, &str)> {
+        if let State::Ready(ready) = &self.state { Some((&ready.source, &ready.sha256)) } else { None }
     }
 
     /// Its tiles, to draw.

@@ -83,10 +83,26 @@ impl App {
             Command::ForgetRecent => self.recent.clear(),
             Command::Tell(kind, text) => self.tell(kind, text, ctx),
             Command::CancelJob(id) => {
-                if let Some(About::Picture(which)) = self.jobs.cancel(id) {
-                    self.view.frames.panes[which as usize].adjustment = self.pictures.stopped(which);
-                }
+                self.stop(id);
             }
+        }
+    }
+
+    /// Stops a long work, and what waits for it.
+    fn stop(&mut self, id: u64) {
+        match self.jobs.cancel(id) {
+            Some(About::Picture(which)) => {
+                self.view.frames.panes[which as usize].adjustment = self.pictures.stopped(which);
+            }
+            Some(About::Preparation(which)) => {
+                let sha256 = self.pictures.get(which).source().map(|(_, sha256)| sha256.to_owned());
+                self.suggesting.preparation_stopped(which, &sha256.unwrap_or_default());
+            }
+            Some(About::Suggestions) => {
+                self.suggesting.stopped();
+                self.view.frames.suggest.on = false;
+            }
+            Some(About::Person) | None => {}
         }
     }
 
@@ -195,6 +211,11 @@ impl App {
             Action::Next => self.step_point(true, ctx),
             Action::Previous => self.step_point(false, ctx),
             Action::Accept => self.accept(ctx),
+            Action::AcceptSure => self.accept_sure(ctx),
+            Action::Suggest => {
+                frames.suggest.on = !frames.suggest.on;
+                self.suggesting.retry();
+            }
             Action::ClearMark => self.on_selected(ctx, |id, _| Edit::Clear(id)),
             Action::Lock => self.toggle_state(MarkState::Locked, ctx),
             Action::Uncertain => self.toggle_uncertain(ctx),
@@ -239,6 +260,7 @@ impl App {
             self.view.typed = None;
         }
         self.pictures.follow(project, &resolve, wanted, ctx, &mut self.jobs);
+        self.follow_suggestions(ctx);
         if self.view.workspace == Workspace::Face {
             self.enter_face();
             self.check_face(ctx);
@@ -255,6 +277,11 @@ impl App {
             Finished::Frame { which, source, result, .. } => self.pictures.frame_read(which, source, result),
             Finished::Adjusted { which, sha256, adjustment, result } => {
                 self.pictures.adjusted(which, &sha256, adjustment, result);
+            }
+            Finished::Prepared(which, result) => self.suggesting.take_prepared(which, result),
+            Finished::Suggested(answer) => {
+                self.suggesting.take(answer);
+                ctx.request_repaint();
             }
             Finished::Face(read) => self.face_read(*read, ctx),
             Finished::Proposed(number, proposed) => self.face_proposed(number, *proposed, ctx),

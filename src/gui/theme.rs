@@ -15,6 +15,8 @@ pub mod on_picture {
     pub const STILL: Color32 = Color32::from_rgb(190, 150, 255);
     /// A fixed point.
     pub const FIXED: Color32 = Color32::from_rgb(200, 205, 212);
+    /// A place that is suggested.
+    pub const SUGGESTED: Color32 = Color32::from_rgb(110, 200, 255);
     /// The selected point, and the vertex under the pointer.
     pub const SELECTED: Color32 = Color32::from_rgb(255, 255, 255);
     /// The two points of the scale.

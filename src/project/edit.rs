@@ -35,6 +35,19 @@ pub enum PointId {
     FeatureLast(u32),
 }
 
+/// A proposed place in the last frame that a hand has accepted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accepted {
+    /// The vertex.
+    pub vertex: u32,
+    /// The place, px.
+    pub at_px: [f64; 2],
+    /// What the mark is worth.
+    pub state: MarkState,
+    /// What kind of skin the vertex becomes, if nothing has been said of it yet.
+    pub role: Role,
+}
+
 /// One change of a project.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Edit {
@@ -57,6 +70,8 @@ pub enum Edit {
     Put(PointId, [f64; 2]),
     /// Puts several marks at once, one entry in the history.
     PutMany(Vec<(PointId, [f64; 2])>),
+    /// Makes marks of proposed places. One whose point has a mark by now changes nothing: proposals yield to the hand.
+    Accept(Vec<Accepted>),
     /// Sets the state of a mark that exists.
     SetState(PointId, MarkState),
     /// Gives a mark its own standard deviation, px, or the project's.
@@ -136,6 +151,14 @@ impl Edit {
                     put(project, id, *at);
                 }
             }
+            Self::Accept(places) => {
+                for place in places {
+                    check_position(place.at_px)?;
+                }
+                for place in places {
+                    accept(project, place);
+                }
+            }
             Self::SetState(id, state) => mark_mut(project, id)?.state = *state,
             Self::SetSigma(id, sigma) => {
                 if let Some(s) = sigma {
@@ -184,6 +207,10 @@ impl Edit {
             Self::SetFace { .. } => "Choose face".into(),
             Self::Put(id, _) => format!("{} {id}", if mark(before, id).is_some() { "Move" } else { "Mark" }),
             Self::PutMany(marks) => format!("Mark {} points", marks.len()),
+            Self::Accept(places) => match places[..] {
+                [Accepted { vertex, .. }] => format!("Accept the suggestion for point {vertex}"),
+                _ => format!("Accept {} suggestions", places.len()),
+            },
             Self::SetState(id, state) => {
                 let verb = match state {
                     MarkState::Marked => "Confirm",
@@ -293,6 +320,12 @@ fn put(project: &mut Project, id: &PointId, at_px: [f64; 2]) {
     }
 }
 
+fn accept(project: &mut Project, place: &Accepted) {
+    let Accepted { vertex, at_px, state, role } = *place;
+    let feature = project.features.entry(vertex).or_insert(Feature { role, ..Feature::default() });
+    feature.last.get_or_insert(Mark { state, ..Mark::new(at_px) });
+}
+
 fn mark_mut<'a>(project: &'a mut Project, id: &PointId) -> Result<&'a mut Mark, EditError> {
     let found = match id {
         PointId::Landmark(name) => project.landmarks.get_mut(name),
@@ -352,6 +385,23 @@ mod tests {
         let many = vec![(PointId::FeatureLast(1), [1.0, 1.0]), (PointId::FeatureLast(2), [f64::NAN, 1.0])];
         assert!(Edit::PutMany(many).apply(&mut p).is_err());
         assert_eq!(p, Project::default());
+    }
+
+    #[test]
+    fn an_accepted_place_never_replaces_a_mark_and_keeps_what_was_said_of_the_skin() {
+        let mut p = Project::default();
+        Edit::Put(PointId::FeatureLast(1), [1.0, 1.0]).apply(&mut p).unwrap();
+        Edit::SetRole(2, Role::Fixed).apply(&mut p).unwrap();
+        let place = |vertex| Accepted { vertex, at_px: [9.0, 9.0], state: MarkState::Uncertain, role: Role::Still };
+        let edit = Edit::Accept(vec![place(1), place(2), place(3)]);
+        assert_eq!(edit.name(&p), "Accept 3 suggestions");
+        edit.apply(&mut p).unwrap();
+        assert_eq!(p.features[&1].last, Some(Mark::new([1.0, 1.0])));
+        let marked = Some(Mark { state: MarkState::Uncertain, ..Mark::new([9.0, 9.0]) });
+        assert_eq!((p.features[&2].last, p.features[&2].role), (marked, Role::Fixed));
+        assert_eq!((p.features[&3].last, p.features[&3].role), (marked, Role::Still));
+        let bad = Edit::Accept(vec![place(4), Accepted { at_px: [f64::NAN, 0.0], ..place(5) }]);
+        assert!(bad.apply(&mut p).is_err() && !p.features.contains_key(&4));
     }
 
     #[test]

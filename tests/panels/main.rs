@@ -10,5 +10,6 @@ mod marking;
 mod new_frames;
 mod pictures;
 mod stage;
+mod suggesting;
 mod table_of_actions;
 mod times;

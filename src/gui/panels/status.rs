@@ -1,12 +1,14 @@
 //! The status bar: what was last said, what is going on, and where the pointer is.
 
+use std::time::Duration;
+
 use egui::{ProgressBar, RichText};
 
 use super::frames::SideTab;
 use super::frames::{Tool, guide, points};
 use crate::displacement::VertexState;
 use crate::gui::height_map::options::{fixed, with_error};
-use crate::gui::jobs::Jobs;
+use crate::gui::jobs::{About, Job, Jobs};
 use crate::gui::view_state::{NoticeKind, Workspace};
 use crate::gui::{Command, Scene, ViewState, theme};
 use crate::project::Which;
@@ -25,7 +27,7 @@ pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut ViewState, jobs: &Jo
             let (placed, of) = (scene.project.landmarks.len(), scene.face.landmarks().len());
             ui.label(RichText::new(format!("{placed} of {of} landmarks, {marked} points marked")).weak());
         }
-        for job in jobs.running() {
+        for job in jobs.running().iter().filter(|j| told(j)) {
             ui.separator();
             ui.spinner();
             ui.label(&job.name);
@@ -54,6 +56,11 @@ pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut ViewState, jobs: &Jo
             }
         });
     });
+}
+
+/// Whether a work is told of: suggestions are made anew after every mark, and that need not flicker by unless it takes long.
+fn told(job: &Job) -> bool {
+    job.about != About::Suggestions || job.began.elapsed() > Duration::from_millis(500)
 }
 
 /// What a press does, while a guide asks for points.

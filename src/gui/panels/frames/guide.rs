@@ -3,7 +3,8 @@
 use egui::{ProgressBar, RichText, Vec2};
 
 use super::points::{self, STILL_REGION};
-use super::{FramesView, Tool, face_picture, marks};
+use super::toolbar::tooltip;
+use super::{FramesView, Tool, face_picture, marks, suggestions};
 use crate::gui::action_state::ActionState;
 use crate::gui::face_drawing::FaceDrawing;
 use crate::gui::{Action, Command, Focus, Scene, theme};
@@ -161,9 +162,7 @@ pub fn show(
         }
     });
     ui.horizontal(|ui| {
-        for (action, label) in
-            [(Action::Previous, "Back"), (Action::Next, "Skip"), (Action::Accept, "Accept prediction")]
-        {
+        for (action, label) in [(Action::Previous, "Back"), (Action::Next, "Skip"), (Action::Accept, "Accept place")] {
             let button = ui.add_enabled(pulses && state.can(action), egui::Button::new(label));
             if button.on_hover_text(tooltip(action)).clicked() {
                 commands.push(Command::Do(action));
@@ -172,14 +171,11 @@ pub fn show(
     });
     ui.add_space(6.0);
     ui.separator();
+    suggestions::show(ui, scene, chosen, view, state, commands);
+    ui.separator();
     regions(ui, scene, view);
     ui.add_space(2.0);
     egui::CollapsingHeader::new("Legend").default_open(true).show(ui, marks::legend_ui);
-}
-
-fn tooltip(action: Action) -> String {
-    let key = action.key_text().map(|k| format!(" ({k})")).unwrap_or_default();
-    format!("{}{key}", action.spec().map_or("", |s| s.tooltip))
 }
 
 /// The point that the guide speaks of: its name, how to find it, and what a press does.
@@ -208,7 +204,15 @@ fn describe(ui: &mut egui::Ui, scene: Scene<'_>, tool: Tool, id: &PointId) {
         points::Look::Locked => "It is locked. L frees it.",
         look if look.is_mark() => "It has its mark: a press places it anew.",
         points::Look::Predicted => "Enter takes the predicted place. Ctrl+press takes another point.",
+        points::Look::Suggested => "Enter takes the suggested place. Ctrl+press takes another point.",
         _ => "Ctrl+press takes another point.",
+    };
+    let suggested = points::place(scene, id).and_then(|(_, v)| points::suggestion(scene, v));
+    let how = match suggested.filter(|_| look == points::Look::Suggested) {
+        Some(s) => {
+            format!("{how} It is {} sure to be within 1 px ({}).", points::percent(s.confidence), s.method.word())
+        }
+        None => how.to_owned(),
     };
     ui.label(RichText::new(how).weak().small());
 }

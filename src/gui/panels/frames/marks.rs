@@ -36,9 +36,12 @@ pub enum Lit {
 }
 
 /// Draws a point: circle = marked, diamond = uncertain, crossed circle = occluded, square = locked, dashed circle =
-/// predicted, small plus = unset. The middle stays free, so that the skin under it can be seen.
-pub fn paint(painter: &Painter, at: Pos2, radius: f32, look: Look, kind: Kind, lit: Lit) {
-    let colour = colour(kind);
+/// predicted, triangle = suggested (stronger the surer), small plus = unset. The middle stays free, so that the skin under it can be
+/// seen.
+pub fn paint(painter: &Painter, at: Pos2, radius: f32, look: Look, kind: Kind, lit: Lit, sure: f64) {
+    let suggested = look == Look::Suggested;
+    let strength = if suggested { strength(sure) } else { 1.0 };
+    let colour = if suggested { on_picture::SUGGESTED.gamma_multiply(strength) } else { colour(kind) };
     let (selected, hovered) = (lit == Lit::Selected, lit == Lit::Hovered);
     let radius = if selected { RADIUS.0 + 1.5 } else { radius };
     if selected || hovered {
@@ -47,12 +50,18 @@ pub fn paint(painter: &Painter, at: Pos2, radius: f32, look: Look, kind: Kind, l
         painter.circle_stroke(at, radius + 4.5, Stroke::new(strong, on_picture::SELECTED));
     }
     let width = (radius * 0.36).clamp(1.1, 1.8);
-    for (stroke, filled) in [(Stroke::new(width + 1.6, on_picture::HALO), false), (Stroke::new(width, colour), true)] {
+    let halo = on_picture::HALO.gamma_multiply(strength);
+    for (stroke, filled) in [(Stroke::new(width + 1.6, halo), false), (Stroke::new(width, colour), true)] {
         outline(painter, at, radius, look, stroke);
         if filled && look.is_mark() && look != Look::Occluded {
             painter.circle_filled(at, (radius * 0.26).max(0.9), colour);
         }
     }
+}
+
+/// How strongly a suggestion is drawn: vague ones are faint, and still to be seen.
+fn strength(sure: f64) -> f32 {
+    (0.3 + 0.7 * sure.clamp(0.0, 1.0).powi(2)) as f32
 }
 
 fn outline(painter: &Painter, at: Pos2, r: f32, look: Look, stroke: Stroke) {
@@ -62,6 +71,11 @@ fn outline(painter: &Painter, at: Pos2, r: f32, look: Look, stroke: Stroke) {
             painter.vline(at.x, at.y - r * 0.6..=at.y + r * 0.6, stroke);
         }
         Look::Predicted => dashed_circle(painter, at, r, stroke),
+        Look::Suggested => {
+            let r = r * 1.2;
+            let corners = [-90.0_f32, 30.0, 150.0].map(|a| at + r * Vec2::angled(a.to_radians()));
+            painter.add(PathShape::closed_line(corners.to_vec(), PathStroke::from(stroke)));
+        }
         Look::Marked => _ = painter.add(CircleShape::stroke(at, r, stroke)),
         Look::Uncertain => {
             let r = r * 1.25;
@@ -112,7 +126,7 @@ pub fn legend_ui(ui: &mut egui::Ui) {
             let dark = ui.visuals().dark_mode;
             let behind = if dark { Color32::from_gray(70) } else { Color32::from_gray(120) };
             ui.painter().rect_filled(rect, 4.0, behind);
-            paint(ui.painter(), rect.center(), RADIUS.0, look, kind, Lit::No);
+            paint(ui.painter(), rect.center(), RADIUS.0, look, kind, Lit::No, 1.0);
             ui.label(word);
         });
     };

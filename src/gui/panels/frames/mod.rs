@@ -9,6 +9,7 @@ use crate::frames::Adjustment;
 use crate::gui::action_state::ActionState;
 use crate::gui::face_drawing::FaceDrawing;
 use crate::gui::pictures::Pictures;
+use crate::gui::suggesting::SuggestStyle;
 use crate::gui::{Command, Focus, Scene};
 use crate::project::{PointId, Which};
 
@@ -22,6 +23,7 @@ pub mod pane;
 pub mod pane_message;
 pub mod points;
 pub mod points_table;
+pub mod suggestions;
 pub mod toolbar;
 pub mod wireframe;
 
@@ -137,6 +139,8 @@ pub struct FramesView {
     pub table: TableView,
     /// Whether the table is shown.
     pub table_shown: bool,
+    /// How suggestions are used.
+    pub suggest: SuggestStyle,
     /// What is being typed into the settings.
     pub settings: settings::SettingsView,
     /// The face ready for drawing, with the stamp of the face that it was made of.
@@ -163,6 +167,7 @@ impl Default for FramesView {
             side: SideTab::Guide,
             table: TableView::default(),
             table_shown: true,
+            suggest: SuggestStyle::default(),
             settings: settings::SettingsView::default(),
             drawing: None,
         }

@@ -230,18 +230,19 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
             selected = Some(point);
         } else {
             let lit = if same_vertex { marks::Lit::Hovered } else { marks::Lit::No };
-            marks::paint(painter, at, radius, point.look, point.kind, lit);
+            marks::paint(painter, at, radius, point.look, point.kind, lit, point.sure);
         }
-        if view.show_names && !is_selected {
-            marks::name(painter, at, &point.name);
+        let told = point.look == points::Look::Suggested && focus.hovered() == Some(point.vertex);
+        if (view.show_names || told) && !is_selected {
+            marks::name(painter, at, &point.title());
         }
     }
     if let Some(point) = selected {
         let at = t.ui_from_image(point.at);
-        marks::paint(painter, at, radius, point.look, point.kind, marks::Lit::Selected);
+        marks::paint(painter, at, radius, point.look, point.kind, marks::Lit::Selected, point.sure);
         // While points are placed the guide names them, and a name here would hide what is looked for.
         if view.tool == Tool::Select || view.show_names {
-            marks::name(painter, at, &point.name);
+            marks::name(painter, at, &point.title());
         }
     }
     let shown = |v: u32| pane.points.iter().any(|p| p.vertex == v);
@@ -253,7 +254,7 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
     }
     if let Some(point) = selected_besides(pane, view.tool, focus) {
         let at = t.ui_from_image(point.at);
-        marks::paint(painter, at, radius, point.look, point.kind, marks::Lit::Selected);
+        marks::paint(painter, at, radius, point.look, point.kind, marks::Lit::Selected, point.sure);
         if view.tool == Tool::Select || view.show_names {
             marks::name(painter, at, &point.name);
         }
@@ -281,6 +282,7 @@ fn selected_besides(pane: &Pane<'_>, tool: Tool, focus: &Focus) -> Option<ShownP
         kind: if landmark.is_some() { points::Kind::Landmark } else { points::kind_of(scene, vertex) },
         label: vertex.to_string(),
         name: landmark.map_or_else(|| vertex.to_string(), |l| l.name.clone()),
+        sure: 1.0,
     })
 }
 

@@ -4,8 +4,10 @@ use std::collections::BTreeSet;
 
 use super::Tool;
 use crate::face::Region;
-use crate::gui::Scene;
+use crate::gui::{Scene, suggesting};
+use crate::project::edit::Accepted;
 use crate::project::{MarkState, PointId, Role, Which};
+use crate::suggest::Suggestion;
 
 /// Id of the region whose vertices are still points.
 pub const STILL_REGION: &str = "still";
@@ -17,6 +19,8 @@ pub enum Look {
     Unset,
     /// No mark; the place is computed. Never data.
     Predicted,
+    /// No mark; the skin was looked for in the picture. Never data until accepted.
+    Suggested,
     /// Marked.
     Marked,
     /// Marked in doubt.
@@ -29,14 +33,15 @@ pub enum Look {
 
 impl Look {
     /// All of them, for the legend.
-    pub const ALL: [Self; 6] =
-        [Self::Unset, Self::Predicted, Self::Marked, Self::Uncertain, Self::Occluded, Self::Locked];
+    pub const ALL: [Self; 7] =
+        [Self::Unset, Self::Predicted, Self::Suggested, Self::Marked, Self::Uncertain, Self::Occluded, Self::Locked];
 
     /// "marked".
     pub fn word(self) -> &'static str {
         match self {
             Self::Unset => "unset",
             Self::Predicted => "predicted",
+            Self::Suggested => "suggested",
             Self::Marked => "marked",
             Self::Uncertain => "uncertain",
             Self::Occluded => "occluded",
@@ -101,12 +106,20 @@ pub struct ShownPoint {
     pub label: String,
     /// Name for people, drawn beside it.
     pub name: String,
+    /// How sure a suggested place is, 0 to 1.
+    pub sure: f64,
 }
 
 impl ShownPoint {
+    /// The name beside it; of a suggestion also how sure it is.
+    pub fn title(&self) -> String {
+        if self.look == Look::Suggested { format!("{}  {}", self.name, percent(self.sure)) } else { self.name.clone() }
+    }
+
     /// Name for screen readers and tests: "landmark nose_tip, first frame, marked".
     pub fn spoken(&self, which: Which) -> String {
-        format!("{} {}, {} frame, {}", self.kind.word(), self.label, which.word(), self.look.word())
+        let sure = if self.look == Look::Suggested { format!(", {}", percent(self.sure)) } else { String::new() };
+        format!("{} {}, {} frame, {}{sure}", self.kind.word(), self.label, which.word(), self.look.word())
     }
 }
 
@@ -169,6 +182,7 @@ pub fn in_frame(scene: Scene<'_>, which: Which, chosen: &[u32], tool: Tool) -> V
                 kind: Kind::Landmark,
                 label: l.id.clone(),
                 name: l.name.clone(),
+                sure: 1.0,
             });
         }
     }
@@ -178,14 +192,21 @@ pub fn in_frame(scene: Scene<'_>, which: Which, chosen: &[u32], tool: Tool) -> V
         if mark.is_none() && (taken.contains(&v) || !predicts) {
             continue;
         }
+        let suggestion = suggestion(scene, v).filter(|_| which == Which::Last && mark.is_none());
+        let (look, at) = match (mark, suggestion) {
+            (Some(m), _) => (Look::of(m.state), m.at_px),
+            (None, Some(s)) => (Look::Suggested, [s.at.x, s.at.y]),
+            (None, None) => (without_mark(scene), predicted(scene, which, v)),
+        };
         points.push(ShownPoint {
             id: if which == Which::First { PointId::FeatureFirst(v) } else { PointId::FeatureLast(v) },
             vertex: v,
-            at: mark.map_or_else(|| predicted(scene, which, v), |m| m.at_px),
-            look: mark.map_or_else(|| without_mark(scene), |m| Look::of(m.state)),
+            at,
+            look,
             kind: kind_of(scene, v),
             label: v.to_string(),
             name: v.to_string(),
+            sure: suggestion.map_or(1.0, |s| s.confidence),
         });
     }
     points.retain(|p| p.at.iter().all(|c| c.is_finite()));
@@ -211,10 +232,35 @@ pub fn of(scene: Scene<'_>, id: &PointId) -> Option<(Look, [f64; 2])> {
     if let Some(m) = mark {
         return Some((Look::of(m.state), m.at_px));
     }
+    if let PointId::FeatureLast(v) = id
+        && let Some(s) = suggestion(scene, *v)
+    {
+        return Some((Look::Suggested, [s.at.x, s.at.y]));
+    }
     let (which, vertex) = place(scene, id)?;
     let look = without_mark(scene);
     let at = predicted(scene, which, vertex);
     at.iter().all(|c| c.is_finite()).then_some((look, at))
+}
+
+/// Where the skin of a vertex without a mark in the last frame was found.
+pub fn suggestion(scene: Scene<'_>, vertex: u32) -> Option<&Suggestion> {
+    if scene.project.features.get(&vertex).is_some_and(|f| f.last.is_some()) {
+        return None;
+    }
+    let first = scene.outcome.first_in_image.get(vertex as usize)?;
+    scene.suggested.of(vertex, *first)
+}
+
+/// The chosen points whose suggestion is at least so sure, as marks to be.
+pub fn sure_suggestions(scene: Scene<'_>, chosen: &[u32], least: f64) -> Vec<Accepted> {
+    let sure = chosen.iter().filter_map(|&v| suggestion(scene, v)).filter(|s| s.confidence >= least);
+    sure.map(|s| suggesting::accepted(s, kind_of(scene, s.vertex) == Kind::Still)).collect()
+}
+
+/// "93 %": never 100, for nothing that was computed is certain.
+pub fn percent(share: f64) -> String {
+    format!("{:.0} %", (100.0 * share + 1e-9).floor().clamp(0.0, 99.0))
 }
 
 /// The frame and the vertex of a point.

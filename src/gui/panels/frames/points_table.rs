@@ -37,16 +37,26 @@ struct Row {
     name: String,
     /// x and y of the first frame, x and y of the last, residual, displacement, force, its error.
     numbers: [Option<f64>; 8],
+    /// How sure a suggested place is, 0 to 1.
+    sure: Option<f64>,
 }
 
 impl Row {
+    /// What is known of it, in a few words.
+    fn state(&self) -> String {
+        let sure = self.sure.map(|s| format!(" {}", points::percent(s)));
+        format!("{}{}", self.look.word(), sure.unwrap_or_default())
+    }
+
     /// Name for screen readers; a predicted place is told with it, for nothing else is known of the point.
     fn spoken(&self) -> String {
         let words = format!("Row {}, {}", self.name, self.look.word());
         let (which, place) =
             if self.kind == Kind::Landmark { ("first", &self.numbers[..2]) } else { ("last", &self.numbers[2..4]) };
         match place {
-            [Some(x), Some(y)] if self.look == Look::Predicted => format!("{words}, {which} {x:.1}, {y:.1} px"),
+            [Some(x), Some(y)] if matches!(self.look, Look::Predicted | Look::Suggested) => {
+                format!("{words}, {which} {x:.1}, {y:.1} px")
+            }
             _ => words,
         }
     }
@@ -202,7 +212,7 @@ fn show_row(ui: &mut egui::Ui, row: &Row, cells: &[(usize, f32, f32)], focus: &m
     }
     // Where the column cuts the name, the pointer shows it whole.
     response.on_hover_ui_at_pointer(|ui| {
-        ui.label(format!("{}, {}", row.name, row.look.word()));
+        ui.label(format!("{}, {}", row.name, row.state()));
     });
     let (text, weak) = (visuals.text_color(), visuals.weak_text_color());
     let quiet = !row.look.is_mark();
@@ -217,7 +227,7 @@ fn show_row(ui: &mut egui::Ui, row: &Row, cells: &[(usize, f32, f32)], focus: &m
                 at.x += 20.0;
                 row.name.clone()
             }
-            1 => row.look.word().to_owned(),
+            1 => row.state(),
             _ => row.numbers[i - 2].map_or_else(|| "–".to_owned(), |n| format!("{n:.*}", COLUMNS[i].2)),
         };
         let font = if i < 2 { FontId::proportional(12.5) } else { FontId::monospace(11.5) };
@@ -248,6 +258,7 @@ fn rows(scene: Scene<'_>, chosen: &[u32], list: List) -> Vec<Row> {
                 kind: Kind::Landmark,
                 name: l.name.clone(),
                 numbers: [shown.then_some(at[0]), shown.then_some(at[1]), None, None, residual, None, None, None],
+                sure: None,
                 id,
             });
         }
@@ -291,6 +302,7 @@ fn feature_row(scene: Scene<'_>, v: u32, kind: Kind) -> Row {
             o.field.force.get(i).map(nalgebra::Vector3::norm).filter(|_| believed),
             o.field.sigma.get(i).copied().filter(|_| believed),
         ],
+        sure: points::suggestion(scene, v).map(|s| s.confidence),
         id,
     }
 }
@@ -299,7 +311,7 @@ fn sort(rows: &mut [Row], view: &TableView) {
     match view.column {
         // The order of marking, or that order turned round.
         0 => {}
-        1 => rows.sort_by_key(|r| r.look),
+        1 => rows.sort_by(|a, b| a.look.cmp(&b.look).then(a.sure.unwrap_or(1.0).total_cmp(&b.sure.unwrap_or(1.0)))),
         c => rows.sort_by(|a, b| {
             // What has no number stands last either way.
             let key = |r: &Row| r.numbers[c - 2].map_or(f64::INFINITY, |n| if view.descending { -n } else { n });

@@ -39,8 +39,7 @@ pub fn show(ui: &mut egui::Ui, view: &mut FramesView, state: &ActionState, comma
 
 /// A button for an action of the table.
 pub fn switch(ui: &mut egui::Ui, action: Action, label: &str, state: &ActionState, commands: &mut Vec<Command>) {
-    let key = action.key_text().map(|k| format!(" ({k})")).unwrap_or_default();
-    let tooltip = format!("{}{key}", action.spec().map_or("", |s| s.tooltip));
+    let tooltip = tooltip(action);
     let button = match state.on(action) {
         Some(on) => Button::selectable(on, label),
         None => Button::new(label).frame_when_inactive(false),
@@ -48,6 +47,12 @@ pub fn switch(ui: &mut egui::Ui, action: Action, label: &str, state: &ActionStat
     if ui.add_enabled(state.can(action), button).on_hover_text(tooltip).clicked() {
         commands.push(Command::Do(action));
     }
+}
+
+/// What an action does, and its key.
+pub fn tooltip(action: Action) -> String {
+    let key = action.key_text().map(|k| format!(" ({k})")).unwrap_or_default();
+    format!("{}{key}", action.spec().map_or("", |s| s.tooltip))
 }
 
 fn wireframe_menu(ui: &mut egui::Ui, view: &mut FramesView, state: &ActionState, commands: &mut Vec<Command>) {

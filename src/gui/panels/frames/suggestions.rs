@@ -1,0 +1,59 @@
+//! The part of the guide that speaks of suggested places: whether there are any, how many are sure, and a button that takes those.
+
+use egui::{Button, RichText, Slider};
+
+use super::{FramesView, points, toolbar};
+use crate::gui::action_state::ActionState;
+use crate::gui::suggesting::Status;
+use crate::gui::{Action, Command, Scene, theme};
+
+/// Shows the part.
+pub fn show(
+    ui: &mut egui::Ui,
+    scene: Scene<'_>,
+    chosen: &[u32],
+    view: &mut FramesView,
+    state: &ActionState,
+    commands: &mut Vec<Command>,
+) {
+    let least = view.suggest.least;
+    let found = chosen.iter().filter_map(|&v| points::suggestion(scene, v));
+    let (count, sure) = found.fold((0, 0), |(n, sure), s| (n + 1, sure + usize::from(s.confidence >= least)));
+    ui.horizontal(|ui| {
+        let mut on = view.suggest.on;
+        let tooltip = toolbar::tooltip(Action::Suggest);
+        if ui.checkbox(&mut on, RichText::new("Suggest places").strong()).on_hover_text(tooltip).changed() {
+            commands.push(Command::Do(Action::Suggest));
+        }
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            ui.add_space(8.0);
+            match &scene.suggested.status {
+                Status::Off | Status::Failed(_) => {}
+                Status::Needs(what) => _ = ui.label(RichText::new(*what).weak()),
+                Status::Looking if count == 0 => _ = ui.label(RichText::new("Looking…").weak()),
+                Status::Looking | Status::There => {
+                    _ = ui.label(RichText::new(format!("{sure} of {count} sure")).weak()).on_hover_text(
+                        "Suggestions for the points to mark, and how many of them are as sure as the slider says.",
+                    );
+                }
+            }
+        });
+    });
+    if let Status::Failed(why) = &scene.suggested.status {
+        ui.colored_label(theme::palette(ui.visuals()).warn, why);
+    }
+    if !matches!(scene.suggested.status, Status::Looking | Status::There) {
+        return;
+    }
+    let mut percent = 100.0 * least;
+    let slider = Slider::new(&mut percent, 50.0..=99.0).fixed_decimals(0).suffix(" %").text("Sure from");
+    let hint = "How sure a suggestion must be that it lies within 1 px, to be taken with the others by one command.";
+    if ui.add(slider).on_hover_text(hint).changed() {
+        view.suggest.least = percent / 100.0;
+    }
+    let label = format!("Accept the {sure} that are {} sure and more", points::percent(least));
+    let button = ui.add_enabled(state.can(Action::AcceptSure), Button::new(label));
+    if button.on_hover_text(toolbar::tooltip(Action::AcceptSure)).clicked() {
+        commands.push(Command::Do(Action::AcceptSure));
+    }
+}

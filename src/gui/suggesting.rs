@@ -1,0 +1,333 @@
+//! Places for the points that are not marked yet: asked for in the background whenever marks have changed, and shown until a hand
+//! has marked the point or accepted them. Never data.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nalgebra::Point2;
+
+use super::app::App;
+use super::jobs::{About, Finished};
+use super::panels::frames::{Tool, points};
+use super::pictures::Source;
+use crate::marking::Gray;
+use crate::marking::tracking::Prepared;
+use crate::project::edit::Accepted;
+use crate::project::{Edit, MarkState, PointId, Role, Which};
+use crate::suggest::{self, Suggestion};
+
+/// So long nothing may change before places are asked for anew, s: a hand that marks quickly is not interrupted.
+const PAUSE_S: f64 = 0.25;
+
+/// A vertex that has moved farther than this in the first frame since it was asked for is another point of skin, px.
+const SAME_SKIN_PX: f64 = 0.1;
+
+/// A suggestion less sure than this becomes an uncertain mark: as likely as not it is more than a pixel off.
+pub const UNCERTAIN_BELOW: f64 = 0.5;
+
+/// Largest picture that is prepared, million px: a prepared one takes 9 bytes a pixel.
+const MOST_MEGAPIXELS: f64 = 40.0;
+
+/// How suggestions are used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SuggestStyle {
+    /// Whether places are suggested.
+    pub on: bool,
+    /// The confidence from which *Accept sure suggestions* takes them, 0 to 1.
+    pub least: f64,
+}
+
+impl Default for SuggestStyle {
+    fn default() -> Self {
+        Self { on: true, least: 0.9 }
+    }
+}
+
+/// The places suggested now.
+#[derive(Clone, Debug, Default)]
+pub struct Suggested {
+    /// By vertex, each with where the vertex lay in the first frame when it was asked for.
+    places: BTreeMap<u32, (Suggestion, Point2<f64>)>,
+    /// What is to be said of them.
+    pub status: Status,
+}
+
+/// What is to be said of the suggestions.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Status {
+    /// They are switched off.
+    #[default]
+    Off,
+    /// Something is missing: a few words.
+    Needs(&'static str),
+    /// They are being made.
+    Looking,
+    /// They are there.
+    There,
+    /// They cannot be made: one line.
+    Failed(String),
+}
+
+impl Suggested {
+    /// The suggestion for a vertex that lies here in the first frame.
+    pub fn of(&self, vertex: u32, first: Point2<f64>) -> Option<&Suggestion> {
+        let (suggestion, asked) = self.places.get(&vertex)?;
+        ((asked - first).norm() <= SAME_SKIN_PX).then_some(suggestion)
+    }
+}
+
+/// A frame prepared for finding points in it.
+#[derive(Clone, Debug)]
+pub struct Ready {
+    sha256: String,
+    prepared: Arc<Prepared>,
+}
+
+/// Why a frame is not prepared.
+#[derive(Clone, Debug)]
+pub struct Failure {
+    sha256: String,
+    /// One line.
+    why: String,
+}
+
+/// What suggestions are made of.
+#[derive(Clone, Debug, PartialEq)]
+struct Question {
+    pictures: [String; 2],
+    first: Vec<Point2<f64>>,
+    known: Vec<(u32, [f64; 2], MarkState)>,
+}
+
+/// What a search has brought back.
+#[derive(Debug)]
+pub struct Answer {
+    question: Question,
+    found: Vec<Suggestion>,
+}
+
+/// Asks for suggestions.
+#[derive(Default)]
+pub(super) struct Suggesting {
+    /// What is shown.
+    pub(super) shown: Suggested,
+    /// The frames, or why they cannot be prepared, with their hashes.
+    ready: [Option<Result<Ready, Failure>>; 2],
+    preparing: [bool; 2],
+    /// What would be asked for now, of which state of the project that was read, and since when it is so.
+    now: Option<Question>,
+    read_at: Option<u64>,
+    changed_at: f64,
+    answered: Option<Question>,
+    looking: bool,
+}
+
+impl Suggesting {
+    /// A frame prepared for finding points in it, if it is the one with this hash.
+    pub(super) fn prepared(&self, which: Which, sha256: &str) -> Option<&Arc<Prepared>> {
+        match &self.ready[which as usize] {
+            Some(Ok(ready)) if ready.sha256 == sha256 => Some(&ready.prepared),
+            _ => None,
+        }
+    }
+
+    fn failure(&self, which: Which, sha256: &str) -> Option<&str> {
+        match &self.ready[which as usize] {
+            Some(Err(failure)) if failure.sha256 == sha256 => Some(&failure.why),
+            _ => None,
+        }
+    }
+
+    /// Takes a frame that was prepared, or the reason why it could not be.
+    pub(super) fn take_prepared(&mut self, which: Which, result: Result<Ready, Failure>) {
+        self.preparing[which as usize] = false;
+        self.ready[which as usize] = Some(result);
+    }
+
+    /// Takes places that were found. They hold for the skin that was asked for, whatever was marked meanwhile.
+    pub(super) fn take(&mut self, answer: Answer) {
+        self.looking = false;
+        let Answer { question, found } = answer;
+        let first = |v: u32| question.first.get(v as usize).copied();
+        self.shown.places = found.into_iter().filter_map(|s| Some((s.vertex, (s, first(s.vertex)?)))).collect();
+        self.answered = Some(question);
+    }
+
+    /// The search was stopped by the person.
+    pub(super) fn stopped(&mut self) {
+        self.looking = false;
+    }
+
+    /// The preparation of this frame was stopped by the person; it is not begun again unless asked for.
+    pub(super) fn preparation_stopped(&mut self, which: Which, sha256: &str) {
+        let why =
+            "The preparation of a frame was stopped. Switch the suggestions off and on to begin it again.".to_owned();
+        self.take_prepared(which, Err(Failure { sha256: sha256.to_owned(), why }));
+    }
+
+    /// Forgets what could not be prepared, so that it is tried again.
+    pub(super) fn retry(&mut self) {
+        for ready in &mut self.ready {
+            ready.take_if(|r| r.is_err());
+        }
+    }
+
+    fn hush(&mut self, status: Status) {
+        if self.shown.status != status || !self.shown.places.is_empty() {
+            self.shown = Suggested { status, ..Suggested::default() };
+            self.answered = None;
+        }
+    }
+}
+
+impl App {
+    /// Asks for suggestions when something has changed, and prepares the frames for whoever needs them.
+    pub(super) fn follow_suggestions(&mut self, ctx: &egui::Context) {
+        let pictures = [Which::First, Which::Last]
+            .map(|which| self.pictures.get(which).source().map(|(source, sha256)| (source.clone(), sha256.to_owned())));
+        let wanted = self.view.frames.suggest.on;
+        let missing = self.missing_for_suggestions(&pictures);
+        if wanted && missing.is_none() {
+            for (which, picture) in [Which::First, Which::Last].into_iter().zip(&pictures) {
+                if let Some((source, sha256)) = picture {
+                    self.prepare(which, source, sha256, ctx);
+                }
+            }
+        }
+        match (wanted, missing) {
+            (false, _) => return self.suggesting.hush(Status::Off),
+            (true, Some(what)) => return self.suggesting.hush(Status::Needs(what)),
+            (true, None) => {}
+        }
+        let [Some((_, first)), Some((_, last))] = &pictures else { return };
+        let s = &self.suggesting;
+        if let Some(why) = s.failure(Which::First, first).or_else(|| s.failure(Which::Last, last)) {
+            let status = Status::Failed(why.to_owned());
+            return self.suggesting.hush(status);
+        }
+        self.ask(&[first.clone(), last.clone()], ctx);
+    }
+
+    /// What is missing before anything can be suggested: a few words.
+    fn missing_for_suggestions(&self, pictures: &[Option<(Source, String)>; 2]) -> Option<&'static str> {
+        let scene = self.scene();
+        let open = |v: &u32| scene.project.features.get(v).is_none_or(|f| f.last.is_none());
+        if pictures.iter().any(Option::is_none) {
+            Some("Needs both frames.")
+        } else if scene.project.landmarks.len() < points::LANDMARKS_TO_PREDICT {
+            Some("Needs landmarks.")
+        } else if !points::chosen_vertices(scene, &self.view.frames.regions).iter().any(open) {
+            Some("Every chosen point is marked.")
+        } else {
+            None
+        }
+    }
+
+    fn prepare(&mut self, which: Which, source: &Source, sha256: &str, ctx: &egui::Context) {
+        let s = &mut self.suggesting;
+        if s.preparing[which as usize] || s.prepared(which, sha256).is_some() || s.failure(which, sha256).is_some() {
+            return;
+        }
+        s.preparing[which as usize] = true;
+        let (source, sha256) = (source.clone(), sha256.to_owned());
+        let name = format!("Preparing the {} frame", which.word());
+        self.jobs.start(ctx, name, About::Preparation(which), move |progress| {
+            let result = prepared(&source, &sha256).map_err(|why| Failure { sha256, why });
+            (!progress.is_cancelled()).then_some(Finished::Prepared(which, result))
+        });
+    }
+
+    /// Asks for places, once nothing has changed for a moment.
+    fn ask(&mut self, pictures: &[String; 2], ctx: &egui::Context) {
+        let time = ctx.input(|i| i.time);
+        let stamp = self.stamp.outcome;
+        let s = &mut self.suggesting;
+        if s.read_at != Some(stamp) || s.now.as_ref().is_none_or(|q| q.pictures != *pictures) {
+            let mark = |(v, f): (&u32, &crate::project::Feature)| f.last.map(|m| (*v, m.at_px, m.state));
+            let question = Question {
+                pictures: pictures.clone(),
+                first: self.outcome.first_in_image.clone(),
+                known: self.document.history.project().features.iter().filter_map(mark).collect(),
+            };
+            s.read_at = Some(stamp);
+            if s.now.as_ref() != Some(&question) {
+                // The first question is asked at once.
+                s.changed_at = if s.now.is_none() { f64::NEG_INFINITY } else { time };
+                s.now = Some(question);
+            }
+        }
+        if s.answered == s.now {
+            s.shown.status = Status::There;
+            return;
+        }
+        s.shown.status = Status::Looking;
+        let wait = s.changed_at + PAUSE_S - time;
+        if s.looking || self.document.history.in_gesture() {
+            return;
+        }
+        if wait > 0.0 {
+            ctx.request_repaint_after_secs(wait as f32);
+            return;
+        }
+        let [first, last] = [Which::First, Which::Last].map(|w| s.prepared(w, &pictures[w as usize]).cloned());
+        let (Some(first), Some(last), Some(question)) = (first, last, s.now.clone()) else { return };
+        s.looking = true;
+        let (project, face) = (self.document.history.project().clone(), Arc::clone(&self.face));
+        let outcome = self.outcome.clone();
+        self.jobs.start(ctx, "Looking for the points", About::Suggestions, move |progress| {
+            let found = suggest::suggestions_in(&project, &face, &outcome, &first, &last);
+            (!progress.is_cancelled()).then_some(Finished::Suggested(Answer { question, found }))
+        });
+    }
+
+    /// Accepts every suggestion that is as sure as was asked for, in one step.
+    pub(super) fn accept_sure(&mut self, ctx: &egui::Context) {
+        let scene = self.scene();
+        let chosen = points::chosen_vertices(scene, &self.view.frames.regions);
+        let sure = points::sure_suggestions(scene, &chosen, self.view.frames.suggest.least);
+        if sure.is_empty() {
+            return;
+        }
+        let count = sure.len();
+        self.in_step_with_guide(|app| app.edit(&Edit::Accept(sure), ctx));
+        let text = format!("{count} suggestions are marks now. Undo takes all of them back.");
+        self.tell(super::view_state::NoticeKind::Done, text, ctx);
+    }
+}
+
+/// What the mark of an accepted suggestion is.
+pub fn accepted(suggestion: &Suggestion, still: bool) -> Accepted {
+    let Suggestion { vertex, at, confidence, .. } = *suggestion;
+    let state = if confidence < UNCERTAIN_BELOW { MarkState::Uncertain } else { MarkState::Marked };
+    Accepted { vertex, at_px: [at.x, at.y], state, role: if still { Role::Still } else { Role::Skin } }
+}
+
+/// The point whose suggested or predicted place *Accept* takes: the one the guide asks for, or the selected one, or else the
+/// suggestion under the pointer.
+pub(super) fn to_accept(scene: super::Scene<'_>, view: &super::ViewState, asked: Option<PointId>) -> Option<PointId> {
+    let open = |id: &PointId| {
+        points::of(scene, id).is_some_and(|(look, _)| matches!(look, points::Look::Predicted | points::Look::Suggested))
+    };
+    if matches!(view.frames.tool, Tool::Landmarks | Tool::Features) {
+        return asked.filter(open);
+    }
+    let pointed = view.focus.hovered().filter(|v| points::suggestion(scene, *v).is_some()).map(PointId::FeatureLast);
+    view.focus.selected.clone().filter(open).or(pointed)
+}
+
+fn prepared(source: &Source, sha256: &str) -> Result<Ready, String> {
+    let frame = source.read()?;
+    if frame.sha256() != sha256 {
+        return Err(format!("{}: was replaced by another picture meanwhile; open it again", source.path().display()));
+    }
+    let megapixels = f64::from(frame.width()) * f64::from(frame.height()) * 1e-6;
+    if megapixels > MOST_MEGAPIXELS {
+        let name = super::pictures::file_name(source.path());
+        return Err(format!(
+            "{name} has {megapixels:.0} million pixels; points are looked for in pictures of at most {MOST_MEGAPIXELS:.0} million"
+        ));
+    }
+    let gray = Gray::of(frame.image()).ok_or_else(|| format!("{}: has no pixels", source.path().display()))?;
+    drop(frame);
+    Ok(Ready { sha256: sha256.to_owned(), prepared: Arc::new(Prepared::of(gray)) })
+}

@@ -1,0 +1,146 @@
+//! Suggested places: found in the background, shown apart, never data until accepted, and yielding to the hand.
+
+use egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable;
+use frontalis::gui::Command;
+use frontalis::gui::panels::frames::points;
+use frontalis::gui::suggesting::Status;
+use frontalis::project::{Edit, MarkState, PointId, Project, Role, Which, edit, sample};
+
+use crate::stage::{Person, Window, drag, key, keys, on_screen, open, settle};
+
+/// The sample, with the marks of its still points alone.
+fn unmarked() -> Project {
+    let mut project = sample::project().unwrap();
+    project.features.retain(|_, f| f.role == Role::Still);
+    project
+}
+
+fn window() -> Window {
+    open(unmarked(), [1280.0, 800.0], true, Person::default())
+}
+
+/// Every vertex with a suggestion that the window shows, with its place and confidence.
+fn suggested(window: &Window) -> Vec<(u32, [f64; 2], f64)> {
+    window.state().suggestions().into_iter().map(|s| (s.vertex, [s.at.x, s.at.y], s.confidence)).collect()
+}
+
+fn mark(window: &Window, v: u32) -> Option<frontalis::project::Mark> {
+    edit::mark(window.state().project(), &PointId::FeatureLast(v)).copied()
+}
+
+#[test]
+fn suggestions_come_by_themselves_and_are_no_data() {
+    let mut window = window();
+    assert_eq!(window.state().project(), &unmarked(), "nothing is marked");
+    assert!(window.state().steps().is_empty());
+    let found = suggested(&window);
+    assert!(found.len() > 60, "{}", found.len());
+    // The marks of the sample are the truth.
+    let truth = sample::project().unwrap();
+    let near = |(v, at, _): &&(u32, [f64; 2], f64)| {
+        let t = truth.features[v].last.unwrap().at_px;
+        (at[0] - t[0]).hypot(at[1] - t[1]) < 1.0
+    };
+    let sure: Vec<_> = found.iter().filter(|s| s.2 >= 0.9 && truth.features.contains_key(&s.0)).collect();
+    assert!(sure.len() > 30 && sure.iter().copied().filter(near).count() * 10 >= sure.len() * 9);
+    // Each has a name that tells what it is and how sure.
+    let (v, _, confidence) = found[0];
+    window.get_by_label(&format!("point {v}, last frame, suggested, {}", points::percent(confidence)));
+    // H puts them away and calls them again.
+    key(&mut window, Key::H);
+    assert!(suggested(&window).is_empty());
+    window.get_by_label(&format!("point {v}, last frame, predicted"));
+    key(&mut window, Key::H);
+    settle(&mut window);
+    assert_eq!(suggested(&window), found, "the same again");
+}
+
+#[test]
+fn one_key_accepts_a_suggestion_and_goes_to_the_next() {
+    let mut window = window();
+    let found = suggested(&window);
+    window.state_mut().push(Command::Select(Some(PointId::FeatureLast(found[0].0))));
+    window.run_steps(2);
+    for k in [Key::Enter, Key::A] {
+        let Some(PointId::FeatureLast(v)) = window.state().view().focus.selected else { panic!("nothing is selected") };
+        let (_, at, confidence) = *suggested(&window).iter().find(|s| s.0 == v).unwrap();
+        key(&mut window, k);
+        let mark = mark(&window, v).unwrap();
+        assert_eq!(mark.at_px, at);
+        let state = if confidence < 0.5 { MarkState::Uncertain } else { MarkState::Marked };
+        assert_eq!(mark.state, state);
+        assert!(suggested(&window).iter().all(|s| s.0 != v), "a marked point is not suggested");
+        let next = window.state().view().focus.selected.clone();
+        assert!(matches!(next, Some(PointId::FeatureLast(n)) if n != v), "{next:?}");
+    }
+    assert_eq!(window.state().steps().len(), 2);
+    assert!(window.state().steps()[0].starts_with("Accept the suggestion for point"));
+}
+
+#[test]
+fn all_that_are_sure_are_accepted_in_one_step_and_taken_back_in_one() {
+    let mut window = window();
+    window.state_mut().view_mut().frames.suggest.least = 0.8;
+    window.run_steps(2);
+    let sure: Vec<_> = suggested(&window).into_iter().filter(|s| s.2 >= 0.8).collect();
+    let before = window.state().project().clone();
+    let label = format!("Accept the {} that are 80 % sure and more", sure.len());
+    window.get_by_label(&label).click();
+    window.run_steps(3);
+    assert_eq!(window.state().steps(), [format!("Accept {} suggestions", sure.len())]);
+    for (v, at, _) in &sure {
+        assert_eq!(mark(&window, *v).unwrap().at_px, *at);
+    }
+    assert_eq!(window.state().project().features.len(), before.features.len() + sure.len());
+    keys(&mut window, Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.state().project(), &before);
+    // The same by key.
+    keys(&mut window, Modifiers::SHIFT, Key::Enter);
+    assert_eq!(window.state().steps().len(), 1);
+}
+
+#[test]
+fn a_suggestion_yields_to_the_hand_and_leads_its_neighbours() {
+    let mut window = window();
+    let (v, at, _) = suggested(&window)[5];
+    let place = on_screen(&window, Which::Last, at);
+    drag(&mut window, &[place, place + egui::vec2(12.0, 0.0), place + egui::vec2(24.0, 0.0)]);
+    let marked = mark(&window, v).unwrap();
+    assert_eq!(marked.state, MarkState::Marked);
+    assert!((marked.at_px[0] - at[0]).abs() > 5.0);
+    assert!(suggested(&window).iter().all(|s| s.0 != v));
+    // After a pause everything is looked for again, now with this mark to lead.
+    settle(&mut window);
+    settle(&mut window);
+    assert_eq!(window.state().suggestion_status(), &Status::There);
+    // Without the mark the suggestion is there again.
+    window.state_mut().push(Command::Edit(Edit::Clear(PointId::FeatureLast(v))));
+    settle(&mut window);
+    assert!(suggested(&window).iter().any(|s| s.0 == v));
+}
+
+#[test]
+fn where_the_skin_of_a_point_is_another_now_its_suggestion_is_dropped() {
+    let mut window = window();
+    let (v, ..) = suggested(&window)[5];
+    let first = window.state().outcome().first_in_image[v as usize];
+    let put = Edit::Put(PointId::FeatureFirst(v), [first.x + 3.0, first.y]);
+    window.state_mut().push(Command::Edit(put));
+    window.step();
+    assert!(suggested(&window).iter().all(|s| s.0 != v), "the other skin was not looked for yet");
+    settle(&mut window);
+    assert!(suggested(&window).iter().any(|s| s.0 == v));
+}
+
+#[test]
+fn what_is_missing_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let face = frontalis::face::generic();
+    let window = open(Project::default(), [1280.0, 800.0], false, Person::default());
+    window.get_by_label("Needs both frames.");
+    let window = open(crate::stage::project(folder.path(), &face, false), [1280.0, 800.0], false, Person::default());
+    window.get_by_label("Needs landmarks.");
+    let window = open(crate::stage::project(folder.path(), &face, true), [1280.0, 800.0], false, Person::default());
+    window.get_by_label("Every chosen point is marked.");
+}
