@@ -1,5 +1,7 @@
 //! Where every feature point that is not marked yet probably went: proposals for a hand, never data.
 
+mod refine;
+
 use image::RgbImage;
 use nalgebra::Point2;
 
@@ -9,6 +11,7 @@ use crate::marking::patch::PatchSettings;
 use crate::marking::tracking::{self, Method, Point, Prepared, TrackSettings};
 use crate::pipeline::Outcome;
 use crate::project::{MarkState, Project};
+pub use refine::{Line, Refined, Refinement, Why, refine, snap};
 
 /// A proposal for one vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -423,6 +423,26 @@ pub fn confidence(t: &Tracked) -> f64 {
     1.0 - (-1.0 / (2.0 * squared)).exp()
 }
 
+/// The place about `near` in the last picture, to about 2 px, whose surroundings are most like those of a place in the first; none where
+/// they reach beyond a picture or are even. `reach_px` is at most 64.
+pub fn roughly(
+    first: &Prepared,
+    last: &Prepared,
+    at: &Point2<f64>,
+    near: &Point2<f64>,
+    reach_px: f64,
+) -> Option<Point2<f64>> {
+    let (a, b) = (&first.levels[1], &last.levels[1]);
+    let half = |p: &Point2<f64>| p.map(|c| ((c - 0.5) / 2.0).round() as isize);
+    let (from, to) = (half(at), half(near));
+    let reach = (0.5 * reach_px.clamp(0.0, 64.0)).ceil() as isize;
+    let shifts =
+        (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (to.x - from.x + dx, to.y - from.y + dy)));
+    let correlation = |shift| Some((alike(a, b, (from.x, from.y), shift)?, shift));
+    let (_, shift) = shifts.filter_map(correlation).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(at + Vector2::new(shift.0 as f64, shift.1 as f64) * 2.0)
+}
+
 /// Normalised correlation of two neighbourhoods, the second shifted; none where one reaches beyond its picture or is even.
 fn alike(a: &Gray, b: &Gray, at: (isize, isize), shift: (isize, isize)) -> Option<f64> {
     let inside = |g: &Gray, x: isize, y: isize| {

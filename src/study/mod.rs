@@ -5,4 +5,4 @@ pub mod people;
 pub mod scene;
 pub mod twin;
 
-pub use twin::{Twin, TwinError, TwinSettings};
+pub use twin::{TrueCrossing, Twin, TwinError, TwinSettings};

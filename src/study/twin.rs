@@ -4,6 +4,7 @@
 //! positions in millimetres and in pixels are the truth against which everything that the chain finds in the pictures is measured.
 
 mod brow_raise;
+mod crossings;
 mod head;
 mod noise;
 mod paint;
@@ -19,11 +20,11 @@ use serde::{Deserialize, Serialize};
 use crate::camera::{Camera, RigidMotion};
 use crate::face::FaceModel;
 pub use brow_raise::BrowRaise;
+pub use crossings::TrueCrossing;
 use surface::{OnSurface, Surface};
 
-/// Largest turn and shift of the head between the frames, and the smallest turn: a head that was asked to keep still.
-const HEAD_TURN_RAD: [f64; 2] = [0.5 * std::f64::consts::PI / 180.0, 2.0 * std::f64::consts::PI / 180.0];
-const HEAD_SHIFT_MM: f64 = 2.0;
+/// The smallest turn of a head that was asked to keep still, degrees.
+const LEAST_TURN_DEG: f64 = 0.5;
 
 /// The joint about which a head turns, behind and below the face, mm.
 const PIVOT: [f64; 3] = [0.0, -60.0, -85.0];
@@ -42,10 +43,16 @@ pub struct TwinSettings {
     /// Strength of the brow raise: 1 is the full raise of 10.3 mm at the middle of the brow, the default 0.8 the 8.2 mm that 81 people
     /// reached on average (7.6 to 9.0 mm). 0 to 1.2.
     pub amplitude: f64,
-    /// Whether the head moves between the frames: a turn of 0.5° to 2° and a shift of up to 2 mm (default true).
+    /// Whether the head moves between the frames (default true).
     pub head_motion: bool,
+    /// Largest turn of the head, degrees (0.5 to 10, default 2); the smallest is 0.5.
+    pub head_turn_deg: f64,
+    /// Largest shift of the head, mm (0 to 20, default 2).
+    pub head_shift_mm: f64,
     /// Distance of the camera from the origin of face space, mm (300 to 10 000, default 1000).
     pub distance_mm: f64,
+    /// Whether a grid is painted on the skin (default true).
+    pub grid: bool,
     /// Distance of the painted grid's lines, mm of the first frame's x and y (3 to 40, default 8).
     pub grid_pitch_mm: f64,
     /// Width of the painted lines, mm (0.2 to 3, default 1).
@@ -54,6 +61,9 @@ pub struct TwinSettings {
     pub noise_px: f64,
     /// Standard deviation of the camera's noise in each channel, of 255 (0 to 20, default 1.2).
     pub sensor_noise: f64,
+    /// Share by which each lamp, and the light from all sides, becomes stronger or weaker (by chance) in the last frame (0 to 0.5,
+    /// default 0).
+    pub light_change: f64,
 }
 
 impl Default for TwinSettings {
@@ -63,11 +73,15 @@ impl Default for TwinSettings {
             size_px: 1036,
             amplitude: 0.8,
             head_motion: true,
+            head_turn_deg: 2.0,
+            head_shift_mm: 2.0,
             distance_mm: 1000.0,
+            grid: true,
             grid_pitch_mm: 8.0,
             grid_line_mm: 1.0,
             noise_px: 0.0,
             sensor_noise: 1.2,
+            light_change: 0.0,
         }
     }
 }
@@ -117,7 +131,7 @@ impl Twin {
         settings.check()?;
         let mesh = face.mesh();
         let camera = camera_before(mesh.positions(), settings);
-        let head_motion = if settings.head_motion { head_motion(settings.seed) } else { RigidMotion::default() };
+        let head_motion = if settings.head_motion { head_motion(settings) } else { RigidMotion::default() };
         let surface = Surface::new(mesh);
         let raise = BrowRaise { amplitude: settings.amplitude };
         let slide = |(v, &point): (usize, &Point3<f64>)| {
@@ -159,6 +173,19 @@ impl Twin {
     pub fn render(&self, face: &FaceModel) -> [RgbImage; 2] {
         render::photographs(self, face)
     }
+
+    /// The moment at which the raise has reached a share of its strength, 0 to 1, and the head's motion and the light the same share of
+    /// theirs: the positions and the photograph. 0 is the first frame and 1 the last, with other noise of the camera.
+    pub fn moment(&self, face: &FaceModel, share: f64) -> (Vec<Point2<f64>>, RgbImage) {
+        render::moment(self, face, share.clamp(0.0, 1.0))
+    }
+
+    /// Where the lines of the painted grid cross on the skin, in the first and the last frame's picture.
+    ///
+    /// Only crossings on skin that faces the camera (a cosine of 0.25 and more) and where nothing is painted over (lips, brows, hair).
+    pub fn crossings(&self, face: &FaceModel) -> Vec<TrueCrossing> {
+        crossings::of(self, face)
+    }
 }
 
 impl TwinSettings {
@@ -171,6 +198,9 @@ impl TwinSettings {
             ("grid_line_mm", self.grid_line_mm, 0.2, 3.0),
             ("noise_px", self.noise_px, 0.0, 20.0),
             ("sensor_noise", self.sensor_noise, 0.0, 20.0),
+            ("head_turn_deg", self.head_turn_deg, LEAST_TURN_DEG, 10.0),
+            ("head_shift_mm", self.head_shift_mm, 0.0, 20.0),
+            ("light_change", self.light_change, 0.0, 0.5),
         ];
         let outside = ranges.into_iter().find(|(_, value, low, high)| !(low..=high).contains(&value));
         outside.map_or(Ok(()), |(setting, value, low, high)| Err(TwinError { setting, value, low, high }))
@@ -189,8 +219,19 @@ fn camera_before(positions: &[Point3<f64>], settings: &TwinSettings) -> Camera {
     camera
 }
 
-fn head_motion(seed: u64) -> RigidMotion {
-    let mut random = Pcg64::seed_from_u64(seed ^ 0x6865_6164);
+impl Twin {
+    /// The head's motion when a share of it is done.
+    fn head_at(&self, share: f64) -> RigidMotion {
+        RigidMotion {
+            rotation: UnitQuaternion::from_scaled_axis(self.head_motion.rotation.scaled_axis() * share),
+            translation_mm: self.head_motion.translation_mm * share,
+            pivot: self.head_motion.pivot,
+        }
+    }
+}
+
+fn head_motion(settings: &TwinSettings) -> RigidMotion {
+    let mut random = Pcg64::seed_from_u64(settings.seed ^ 0x6865_6164);
     let mut direction = || loop {
         let v = Vector3::from_fn(|_, _| random.random_range(-1.0..1.0));
         // Only within the ball: a cube's corners would be favoured.
@@ -200,10 +241,11 @@ fn head_motion(seed: u64) -> RigidMotion {
     };
     let (axis, turn) = direction();
     let (way, shift): (_, f64) = direction();
-    let angle = HEAD_TURN_RAD[0] + turn * (HEAD_TURN_RAD[1] - HEAD_TURN_RAD[0]);
+    let [least, most] = [LEAST_TURN_DEG, settings.head_turn_deg].map(|deg| deg * (std::f64::consts::PI / 180.0));
+    let angle = least + turn * (most - least);
     RigidMotion {
         rotation: UnitQuaternion::from_axis_angle(&axis, angle),
-        translation_mm: way.into_inner() * (HEAD_SHIFT_MM * shift.sqrt()),
+        translation_mm: way.into_inner() * (settings.head_shift_mm * shift.sqrt()),
         pivot: Point3::from(PIVOT),
     }
 }

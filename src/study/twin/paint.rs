@@ -66,6 +66,7 @@ struct Opening {
 
 /// The painted skin of a twin.
 pub(super) struct Paint {
+    grid: bool,
     pitch: f64,
     half_line: f64,
     seed: u32,
@@ -80,6 +81,7 @@ pub(super) struct Paint {
 impl Paint {
     pub(super) fn new(settings: &TwinSettings, rim: Vec<Point2<f64>>, eyes: Vec<Vec<Point2<f64>>>) -> Self {
         Self {
+            grid: settings.grid,
             pitch: settings.grid_pitch_mm,
             half_line: 0.5 * settings.grid_line_mm,
             seed: (settings.seed ^ (settings.seed >> 32)) as u32,
@@ -108,6 +110,11 @@ impl Paint {
         colour = mix(colour, HAIR, self.brow(p));
         colour = mix(colour, HAIR, self.lashes(p));
         mix(colour, HAIR, hair)
+    }
+
+    /// How much of what is drawn over the grid lies at a place (lips, brows, lashes, hair), 0 to 1.
+    pub(super) fn over_grid(&self, p: &Point2<f64>) -> f64 {
+        [self.lips(p), self.brow(p), self.lashes(p), self.hairline(p)].into_iter().fold(0.0, f64::max)
     }
 
     /// How much light reaches a place between the folds of the face, 0 to 1.
@@ -146,6 +153,9 @@ impl Paint {
 
     /// How much of the grid's ink lies at a place, 0 to 1.
     fn ink(&self, p: &Point2<f64>) -> f64 {
+        if !self.grid {
+            return 0.0;
+        }
         let from_line = |v: f64| (v - (v / self.pitch).round() * self.pitch).abs();
         let line = |v: f64| fall(from_line(v), self.half_line - INK_EDGE_MM, self.half_line + INK_EDGE_MM);
         let thin = 0.06 * smooth(p.x * 0.8, p.y * 0.8, self.seed.wrapping_add(5));

@@ -2,14 +2,14 @@
 
 use image::RgbImage;
 use nalgebra::{Point2, Point3, Vector3};
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::head::{Borders, Corner, Material, Shape};
 use super::noise::{layered, normal_pair, smooth};
 use super::paint::{Light, Paint, bounds, distance_to, fall, mix};
 use super::surface::{OnSurface, Surface};
-use super::{BrowRaise, Twin};
+use super::{BrowRaise, Twin, TwinSettings};
 use crate::camera::RigidMotion;
 use crate::draw::raster::{self, Colour, Hit, Raster};
 use crate::face::FaceModel;
@@ -27,20 +27,22 @@ const AMBIENT: [f64; 2] = [0.3, 0.13];
 
 /// The first and the last frame.
 pub(super) fn photographs(twin: &Twin, face: &FaceModel) -> [RgbImage; 2] {
-    let mesh = face.mesh();
-    let borders = Borders::of(mesh);
-    let eyes: Vec<_> = borders.eyes.iter().map(|eye| Borders::flat(mesh, eye)).collect();
-    let studio =
-        Studio { twin, paint: Paint::new(&twin.settings, Borders::flat(mesh, &borders.rim), eyes.clone()), eyes };
-    let around = Shape::around(mesh, &borders);
-    let surface = Surface::new(mesh);
-    let still = BrowRaise { amplitude: 0.0 };
-    let raised = BrowRaise { amplitude: twin.settings.amplitude };
-    [(still, RigidMotion::default(), 0), (raised, twin.head_motion, 1)].map(|(raise, motion, number)| {
-        let mut shape = skin(face, &surface, raise);
-        shape.append(&around);
-        studio.expose(&shape, &motion, number)
-    })
+    let studio = Studio::of(twin, face);
+    [(0.0, 0), (1.0, 1)].map(|(share, number)| studio.photograph(share, number))
+}
+
+/// Places and photograph when a share of the raise is done. Its camera noise is that of a frame of its own.
+pub(super) fn moment(twin: &Twin, face: &FaceModel, share: f64) -> (Vec<Point2<f64>>, RgbImage) {
+    let studio = Studio::of(twin, face);
+    let raise = BrowRaise { amplitude: share * twin.settings.amplitude };
+    let motion = twin.head_at(share);
+    let slide = |(v, &point): (usize, &Point3<f64>)| {
+        let from = OnSurface { point, normal: studio.surface.normal(v) };
+        let slid = studio.surface.slide(&from, &raise.displacement(&point.xy())).point;
+        twin.camera.image_from_face(&motion.last_from_first(&slid))
+    };
+    let places = face.mesh().positions().iter().enumerate().map(slide).collect();
+    (places, studio.photograph(share, 2 + (share * 1e6) as u64))
 }
 
 /// The face's own skin, finely cut, after it slid.
@@ -81,15 +83,48 @@ impl Shape {
     }
 }
 
-/// What does not change between the two exposures.
+/// What does not change between the exposures.
 struct Studio<'a> {
     twin: &'a Twin,
+    face: &'a FaceModel,
+    surface: Surface<'a>,
+    around: Shape,
     paint: Paint,
     eyes: Vec<Vec<Point2<f64>>>,
 }
 
-impl Studio<'_> {
-    fn expose(&self, shape: &Shape, motion: &RigidMotion, number: u64) -> RgbImage {
+/// The paint on a twin's skin.
+pub(super) fn paint(twin: &Twin, face: &FaceModel) -> Paint {
+    let borders = Borders::of(face.mesh());
+    let eyes = borders.eyes.iter().map(|eye| Borders::flat(face.mesh(), eye)).collect();
+    Paint::new(&twin.settings, Borders::flat(face.mesh(), &borders.rim), eyes)
+}
+
+impl<'a> Studio<'a> {
+    fn of(twin: &'a Twin, face: &'a FaceModel) -> Self {
+        let mesh = face.mesh();
+        let borders = Borders::of(mesh);
+        Self {
+            twin,
+            face,
+            surface: Surface::new(mesh),
+            around: Shape::around(mesh, &borders),
+            paint: paint(twin, face),
+            eyes: borders.eyes.iter().map(|eye| Borders::flat(mesh, eye)).collect(),
+        }
+    }
+
+    /// The moment at which a share of the raise, of the head's motion and of the change of light is done.
+    fn photograph(&self, share: f64, number: u64) -> RgbImage {
+        let raise = BrowRaise { amplitude: share * self.twin.settings.amplitude };
+        let mut shape = skin(self.face, &self.surface, raise);
+        shape.append(&self.around);
+        // The very motion of the last frame, without a turn there and back through its axis.
+        let motion = if share >= 1.0 { self.twin.head_motion } else { self.twin.head_at(share) };
+        self.expose(&shape, &motion, &Lamps::of(&self.twin.settings, share), number)
+    }
+
+    fn expose(&self, shape: &Shape, motion: &RigidMotion, lamps: &Lamps, number: u64) -> RgbImage {
         let camera = &self.twin.camera;
         let moved: Vec<Point3<f64>> = shape.corners.iter().map(|c| motion.last_from_first(&c.point)).collect();
         let normals: Vec<Vector3<f64>> = shape.corners.iter().map(|c| motion.rotation * c.normal).collect();
@@ -110,7 +145,7 @@ impl Studio<'_> {
             let paint = Point3::from(blend(&|i| shape.corners[i].paint.coords));
             let normal = blend(&|i| normals[i]).try_normalize(1e-12).unwrap_or_else(Vector3::z);
             let to_eye = (Point3::new(0.0, 0.0, camera.z_prp_mm).coords - blend(&|i| moved[i].coords)).normalize();
-            display(self.colour(material, &paint, normal, &to_eye))
+            display(self.colour(material, &paint, normal, &to_eye, lamps))
         };
         let size = self.twin.settings.size_px;
         let raster = Raster { width: size, height: size, samples: SAMPLES };
@@ -120,7 +155,16 @@ impl Studio<'_> {
         picture
     }
 
-    fn colour(&self, material: Material, at: &Point3<f64>, normal: Vector3<f64>, to_eye: &Vector3<f64>) -> Light {
+    fn colour(
+        &self,
+        material: Material,
+        at: &Point3<f64>,
+        normal: Vector3<f64>,
+        to_eye: &Vector3<f64>,
+        lamps: &Lamps,
+    ) -> Light {
+        let light = |n: &Vector3<f64>| lamps.light(n);
+        let gloss = |n: &Vector3<f64>, to_eye: &Vector3<f64>, exponent: f64| lamps.gloss(n, to_eye, exponent);
         let flat = at.xy();
         match material {
             Material::Skin => {
@@ -135,7 +179,7 @@ impl Studio<'_> {
                 let skin = Light::new(0.6, 0.34, 0.24) * (light(&normal) * fall(-at.z, 5.0, 75.0).max(0.25));
                 mix(skin, [0.02, 0.013, 0.009], hair)
             }
-            Material::Eye => self.eye(&flat, &normal, to_eye),
+            Material::Eye => self.eye(&flat, &normal, to_eye, lamps),
             Material::Mouth => Light::new(0.075, 0.02, 0.018),
             Material::Hair => {
                 // Strands fall from the crown to both sides.
@@ -163,7 +207,7 @@ impl Studio<'_> {
     }
 
     /// White, iris and pupil, under the shadow of the upper lid.
-    fn eye(&self, at: &Point2<f64>, normal: &Vector3<f64>, to_eye: &Vector3<f64>) -> Light {
+    fn eye(&self, at: &Point2<f64>, normal: &Vector3<f64>, to_eye: &Vector3<f64>, lamps: &Lamps) -> Light {
         let nearest = self.eyes.iter().min_by(|a, b| distance_to(a, at).total_cmp(&distance_to(b, at)));
         let Some(border) = nearest else { return Light::zeros() };
         let (low, high) = bounds(border);
@@ -179,9 +223,9 @@ impl Studio<'_> {
         colour = mix(colour, [0.006, 0.005, 0.005], fall(r, 2.1, 2.5));
         let under_lid = fall(-(at.y - centre.y), -1.0, 2.0) * fall(distance_to(border, at), 0.4, 4.0);
         let round = fall(distance_to(border, at), 0.0, 1.6);
-        let lit = light(normal) * (1.0 - 0.6 * under_lid) * (1.0 - 0.3 * round);
+        let lit = lamps.light(normal) * (1.0 - 0.6 * under_lid) * (1.0 - 0.3 * round);
         let glint = fall((dx + 1.9).hypot(dy - 1.7), 0.5, 1.0);
-        colour * (lit * 1.05) + Light::repeat(0.75 * glint + 0.05 * gloss(normal, to_eye, 40.0))
+        colour * (lit * 1.05) + Light::repeat(0.75 * glint + 0.05 * lamps.gloss(normal, to_eye, 40.0))
     }
 
     fn add_noise(&self, picture: &mut RgbImage, number: u64) {
@@ -199,20 +243,34 @@ impl Studio<'_> {
     }
 }
 
-/// Diffuse light on a surface: three lamps, softened as skin does, and what comes from all sides.
-fn light(normal: &Vector3<f64>) -> f64 {
-    let lamps = LAMPS.iter().map(|(to, strength)| {
-        let cos = normal.dot(&Vector3::from(*to).normalize());
-        // Light enters the skin and comes out beyond the shadow's edge.
-        strength * ((cos + 0.18) / 1.18).max(0.0)
-    });
-    lamps.sum::<f64>() + AMBIENT[1] + (AMBIENT[0] - AMBIENT[1]) * 0.5 * (1.0 + normal.y)
-}
+/// How strong each lamp, and last the light from all sides, shines at a moment.
+struct Lamps([f64; LAMPS.len() + 1]);
 
-/// Mirror-like light of the first lamp (Blinn 1977): the larger the exponent, the smaller the spot.
-fn gloss(normal: &Vector3<f64>, to_eye: &Vector3<f64>, exponent: f64) -> f64 {
-    let half = (Vector3::from(LAMPS[0].0).normalize() + to_eye).normalize();
-    normal.dot(&half).max(0.0).powf(exponent)
+impl Lamps {
+    fn of(settings: &TwinSettings, share: f64) -> Self {
+        let mut random = Pcg64::seed_from_u64(settings.seed ^ 0x6c61_6d70);
+        Self([(); LAMPS.len() + 1].map(|()| {
+            let way = if random.random_bool(0.5) { 1.0 } else { -1.0 };
+            1.0 + way * share * settings.light_change
+        }))
+    }
+
+    /// Diffuse light on a surface: three lamps, softened as skin does, and what comes from all sides.
+    fn light(&self, normal: &Vector3<f64>) -> f64 {
+        let lamps = LAMPS.iter().zip(&self.0).map(|((to, strength), change)| {
+            let cos = normal.dot(&Vector3::from(*to).normalize());
+            // Light enters the skin and comes out beyond the shadow's edge.
+            strength * change * ((cos + 0.18) / 1.18).max(0.0)
+        });
+        let around = AMBIENT[1] + (AMBIENT[0] - AMBIENT[1]) * 0.5 * (1.0 + normal.y);
+        lamps.sum::<f64>() + around * self.0[LAMPS.len()]
+    }
+
+    /// Mirror-like light of the first lamp (Blinn 1977): the larger the exponent, the smaller the spot.
+    fn gloss(&self, normal: &Vector3<f64>, to_eye: &Vector3<f64>, exponent: f64) -> f64 {
+        let half = (Vector3::from(LAMPS[0].0).normalize() + to_eye).normalize();
+        self.0[0] * normal.dot(&half).max(0.0).powf(exponent)
+    }
 }
 
 fn background(x: f64, y: f64) -> Colour {

@@ -44,7 +44,7 @@ fn pixels_are_the_projection_of_the_moved_points() {
 #[test]
 fn the_head_moves_a_little_or_not_at_all() {
     for seed in 0..200 {
-        let motion = head_motion(seed);
+        let motion = head_motion(&TwinSettings { seed, ..TwinSettings::default() });
         let degrees = motion.rotation.angle().to_degrees();
         assert!((0.5 - 1e-9..=2.0 + 1e-9).contains(&degrees), "{degrees}");
         assert!(motion.translation_mm.norm() <= 2.0);
