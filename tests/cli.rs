@@ -439,7 +439,7 @@ fn wrong_usage_is_status_2_and_help_names_every_command() {
         assert_eq!(frontalis(wrong).status.code(), Some(2), "{wrong:?}");
     }
     let help = done(&["--help"]);
-    for command in ["demo", "solve", "face", "twin", "export", "suggest", "check"] {
+    for command in ["demo", "solve", "face", "twin", "export", "suggest", "frames", "check"] {
         assert!(help.contains(command), "{help}");
     }
     assert!(done(&["--version"]).starts_with("frontalis "));
@@ -500,4 +500,36 @@ fn suggest_writes_a_table_and_leaves_the_project_alone() {
     json["frames"]["last"] = serde_json::Value::Null;
     fs::write(&fewer, json.to_string()).unwrap();
     assert!(refused(&["suggest", text(&fewer), "--out", text(&table)]).contains("no first or no last frame"));
+}
+
+#[test]
+fn two_frames_come_out_of_a_film_by_the_motion_or_by_number() {
+    let film = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/film/brow_raise.mp4");
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("out");
+    let said = done(&["frames", film, "--out", text(&out)]);
+    assert!(said.starts_with("24 frames of 96 × 96 px\n") && said.contains("proposed by the motion"), "{said}");
+    assert_eq!(names(&out), set(&["film.frontalis.json", "first.png", "last.png", "motion.csv"]));
+    let motion = fs::read_to_string(out.join("motion.csv")).unwrap();
+    assert!(motion.starts_with("frame,time_s,speed_grey,change_grey\n1,0,0,") && motion.lines().count() == 25);
+    done(&["check", text(&out.join("film.frontalis.json"))]);
+    let first = fs::read(out.join("first.png")).unwrap();
+
+    let said = done(&["frames", film, "--first", "2", "--last", "20", "--out", text(&out)]);
+    assert!(said.contains("first: frame 2 at 0.04 s, as asked") && said.contains("last: frame 20"), "{said}");
+    // Frame 2 has a white bar of 8 px in its topmost rows.
+    let second = image::open(out.join("first.png")).unwrap().into_rgb8();
+    assert_eq!((0..96).filter(|&x| second.get_pixel(x, 3).0[1] > 225).count().div_ceil(4), 2);
+    assert_ne!(fs::read(out.join("first.png")).unwrap(), first);
+
+    let nowhere = dir.path().join("nowhere");
+    for (arguments, why) in [
+        (&["--first", "3", "--last", "3"][..], "both frame 3"),
+        (&["--last", "25"][..], "no frame 25; the film has frames 1 to 24"),
+    ] {
+        let refusal = refused(&[&["frames", film, "--out", text(&nowhere)], arguments].concat());
+        assert!(refusal.contains(why), "{refusal}");
+    }
+    assert!(refused(&["frames", text(&dir.path().join("gone.mp4")), "--out", text(&nowhere)]).contains("no such file"));
+    assert_eq!(names(dir.path()), set(&["out"]));
 }

@@ -11,7 +11,7 @@ use crate::export::NoFrame;
 use crate::face::file::FaceFileError;
 use crate::face::generic::proportions::ProportionError;
 use crate::face::import::ImportError;
-use crate::frames::FrameError;
+use crate::frames::{FilmError, FrameError};
 use crate::project::{FrameStatus, ProjectFileError};
 use crate::study::TwinError;
 use crate::study::people::PeopleError;
@@ -26,6 +26,12 @@ pub enum CliError {
     /// A frame's picture.
     #[error(transparent)]
     Frame(#[from] FrameError),
+    /// A film.
+    #[error(transparent)]
+    Film(#[from] FilmError),
+    /// One frame was asked for twice.
+    #[error("the first and the last frame are both frame {0}; choose two different ones with --first and --last")]
+    SameFrame(usize),
     /// A frame's file is not the one that was marked.
     #[error("the {which} frame {status}, or add --ignore-frames to compute from the marks alone")]
     FrameFile {

@@ -5,6 +5,7 @@ mod demo;
 mod error;
 mod export;
 mod face;
+mod frames;
 mod output;
 mod progress;
 mod scene;
@@ -47,6 +48,8 @@ pub enum Command {
     Export(export::Arguments),
     /// Where tracking would put every feature point that is not marked: a table, never a change of the project.
     Suggest(suggest::Arguments),
+    /// Takes the first and the last frame of an expression out of a film; without numbers, by the motion.
+    Frames(frames::Arguments),
     /// Says everything that is wrong with a project.
     Check(check::Arguments),
 }
@@ -63,6 +66,7 @@ pub fn run(command: Command) -> ExitCode {
         Command::Twin(arguments) => twin::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Suggest(arguments) => suggest::run(&arguments),
+        Command::Frames(arguments) => frames::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
     };
     match done {

@@ -5,7 +5,7 @@ use std::io::{Cursor, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use image::metadata::Orientation;
-use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, Rgb, RgbImage};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, Rgb, RgbImage, RgbaImage};
 use sha2::{Digest, Sha256};
 
 /// Widest and highest frame accepted, px. Checked before a pixel is decoded.
@@ -285,7 +285,11 @@ fn to_rgb8(decoded: DynamicImage) -> RgbImage {
     if !decoded.color().has_alpha() {
         return decoded.into_rgb8();
     }
-    let rgba = decoded.into_rgba8();
+    over_white(&decoded.into_rgba8())
+}
+
+/// The picture laid over white.
+pub(super) fn over_white(rgba: &RgbaImage) -> RgbImage {
     let mut rgb = RgbImage::new(rgba.width(), rgba.height());
     for (to, from) in rgb.pixels_mut().zip(rgba.pixels()) {
         let [r, g, b, a] = from.0.map(u32::from);

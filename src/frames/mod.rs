@@ -1,9 +1,13 @@
 //! Frames: what a camera saw, read from files into plain 8-bit pixels.
 
 pub mod adjust;
+pub mod film;
 pub mod frame;
+pub mod motion;
 pub mod sequence;
+pub mod strip;
 
 pub use adjust::Adjustment;
+pub use film::{Film, FilmError};
 pub use frame::{Frame, FrameError};
 pub use sequence::{FrameSequence, SequenceError};
