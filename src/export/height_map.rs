@@ -32,7 +32,7 @@ pub fn picture(project: &Project, face: &FaceModel, outcome: &Outcome) -> Result
         triangles: face.mesh().triangles(),
         values: &outcome.magnitude_inside_border(),
         below_noise: &below_noise,
-        sets_range: &outcome.speaks(),
+        sets_range: &outcome.sets_range(),
         peak,
         finding: outcome.peak().in_words(unit),
         warning: noisy.map(ToString::to_string).unwrap_or_default(),

@@ -108,7 +108,8 @@ fn run(
         .with_inner_size([1280.0, 800.0])
         .with_min_inner_size([900.0, 600.0])
         .with_drag_and_drop(true);
-    let options = eframe::NativeOptions { viewport, ..eframe::NativeOptions::default() };
+    // Pixels are shown as they are in the file: dithering would change them by a level here and there.
+    let options = eframe::NativeOptions { viewport, dithering: false, ..eframe::NativeOptions::default() };
     let create = move |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, BoxedError> {
         theme::install(&cc.egui_ctx);
         let mut app = App::new(project, path, face, Box::<dialogs::NativeDialogs>::default()).with_autosave();

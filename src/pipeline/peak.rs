@@ -69,13 +69,22 @@ impl Outcome {
     }
 
     /// The vertices that speak for the field: those that can be believed ([`Outcome::is_believed`]), or, where there are none, all
-    /// measured and inferred ones. They alone give the largest force, the medians and the range of colours.
+    /// measured and inferred ones. They alone give the largest force and the medians.
     pub fn speaks(&self) -> Vec<bool> {
         let believed: Vec<bool> = (0..self.states.len()).map(|v| self.is_believed(v)).collect();
         if believed.contains(&true) {
             return believed;
         }
         self.states.iter().map(|s| matches!(s, VertexState::Measured | VertexState::Inferred)).collect()
+    }
+
+    /// The vertices that may set the range of colours: those that speak and are measured, or, where there are none, all that speak. What is
+    /// inferred lies where its neighbours leave it nearly without force: the thousands of a fine mesh would hide the measured forces.
+    pub fn sets_range(&self) -> Vec<bool> {
+        let speaks = self.speaks();
+        let measured = |v: usize| self.states[v] == VertexState::Measured;
+        let both: Vec<bool> = speaks.iter().enumerate().map(|(v, s)| *s && measured(v)).collect();
+        if both.contains(&true) { both } else { speaks }
     }
 
     /// Whether the force on a vertex is more than [`STANDS_ABOVE`] times its standard error.

@@ -37,7 +37,7 @@ pub struct Look {
 /// Edges of a wireframe that are shorter on the screen are drawn from a coarser level, points.
 const SHORTEST_EDGE: f64 = 10.0;
 /// The same for the triangles of a surface.
-const SHORTEST_SIDE: f64 = 2.5;
+const SHORTEST_SIDE: f64 = 5.0;
 /// From the upper left, in view space.
 const LIGHT: [f32; 3] = [-0.35, 0.5, 0.8];
 
@@ -94,14 +94,13 @@ impl FaceDrawing {
         self.places.iter().map(|p| lens.see(p)).collect()
     }
 
-    /// The mesh to draw: triangles and edges that face the eye, from back to front.
-    pub fn draw(&self, projection: &Projection, look: &Look, pixels_per_point: f32) -> Mesh {
+    /// The mesh to draw, in `ink`: triangles and edges that face the eye, from back to front.
+    pub fn draw(&self, projection: &Projection, look: &Look, mut ink: Ink) -> Mesh {
         let least = if look.wire.is_some() { SHORTEST_EDGE } else { SHORTEST_SIDE };
         let level = self.levels.at(projection.points_per_mm, least);
         let lens = Lens::new(projection);
         let seen: Vec<(Pos2, f32)> = level.vertices.iter().map(|&v| lens.see(&self.places[v as usize])).collect();
         let front: Vec<bool> = level.triangles.iter().map(|t| faces_eye(t.map(|v| seen[v as usize].0))).collect();
-        let mut ink = Ink::plain(pixels_per_point);
         if look.shaded {
             let light = Vector3::from(LIGHT).normalize();
             for (&v, (at, _)) in level.vertices.iter().zip(&seen) {
@@ -206,7 +205,7 @@ fn order(level: &Level, seen: &[(Pos2, f32)], front: &[bool], look: &Look) -> Ve
 mod tests {
     use super::*;
     use crate::gui::orbit_view::OrbitView;
-    use egui::{Rect, pos2};
+    use egui::{Rect, TextureId, pos2};
 
     const LOOK: Look = Look { shaded: true, wire: None, rim: Color32::RED, tones: [60.0, 220.0] };
 
@@ -233,7 +232,7 @@ mod tests {
         let face = face::generic();
         let drawing = FaceDrawing::new(face.mesh());
         let projection = front(&drawing);
-        let mesh = drawing.draw(&projection, &LOOK, 1.0);
+        let mesh = drawing.draw(&projection, &LOOK, Ink::new(TextureId::default(), 1.0));
         assert_eq!(mesh.vertices.len(), face.mesh().len(), "corners are shared");
         let drawn = mesh.indices.len() / 3;
         assert!(drawn > 1000 && drawn <= face.mesh().triangles().len(), "{drawn}");
@@ -241,7 +240,7 @@ mod tests {
         let last: Vec<u32> = mesh.indices[mesh.indices.len() - 60..].to_vec();
         assert!(last.contains(&nose), "the nose is in front of everything");
         let wire = Look { shaded: false, wire: Some(Color32::WHITE), ..LOOK };
-        let lines = drawing.draw(&projection, &wire, 1.0);
-        assert!(lines.vertices.len() >= 6 * 1000 && lines.vertices.len() <= 8 * face.mesh().edges().len());
+        let lines = drawing.draw(&projection, &wire, Ink::new(TextureId::default(), 1.0));
+        assert!(lines.vertices.len() >= 4 * 1000 && lines.vertices.len() <= 4 * face.mesh().edges().len());
     }
 }

@@ -1,12 +1,39 @@
 //! Lines, dots and triangles of the height map in one egui mesh, in the order in which they are drawn, with soft edges.
 
 use egui::epaint::Vertex;
-use egui::{Color32, Mesh, Pos2, TextureId, Vec2, pos2};
+use egui::{Color32, ColorImage, Mesh, Pos2, TextureHandle, TextureId, TextureOptions, Vec2, pos2};
 
 use crate::draw::colour_map::NOISE_HATCHING;
 
-/// Texture coordinate of plain colour: the lower half of the palette's texture is white.
-const PLAIN: Pos2 = pos2(0.5, 0.75);
+/// Texels along the palette: enough that a logarithm shows no steps.
+pub const TEXELS: usize = 1024;
+/// Rows of the texture: two of the palette, two of white, and the softness across lines, a row for each width.
+const ROWS: usize = 16;
+const FIRST_WHITE: usize = 2;
+const FIRST_LINE: usize = 4;
+/// Texture coordinates of the palette and of plain colour, half-way between two equal rows.
+const PALETTE_V: f32 = 1.0 / ROWS as f32;
+const PLAIN: Pos2 = pos2(0.5, (FIRST_WHITE + 1) as f32 / ROWS as f32);
+/// From one row of lines to the next, half the width with its soft edge grows by so many soft edges; the first row is one.
+const WIDTH_STEP: f32 = 0.25;
+
+/// The texture for drawing in the colours of `palette` ([`TEXELS`] of them), in plain ones, and lines with soft edges.
+///
+/// A line is one quadrilateral with its softness in the texture: the edges that a mesh of triangles needs for it would be four or six
+/// triangles for each line, and a wireframe is thousands of lines.
+pub fn texture(ctx: &egui::Context, name: &str, palette: &[Color32]) -> TextureHandle {
+    let mut pixels = [palette, palette].concat();
+    pixels.resize(FIRST_LINE * TEXELS, Color32::WHITE);
+    for row in 0..ROWS - FIRST_LINE {
+        pixels.extend((0..TEXELS).map(|k| {
+            let from_edge = 1.0 - (2.0 * (k as f32 + 0.5) / TEXELS as f32 - 1.0).abs();
+            let cover = (from_edge * (1.0 + row as f32 * WIDTH_STEP)).min(1.0);
+            let level = (255.0 * cover).round() as u8;
+            Color32::from_rgba_premultiplied(level, level, level, level)
+        }));
+    }
+    ctx.load_texture(name, ColorImage::new([TEXELS, ROWS], pixels), TextureOptions::LINEAR)
+}
 
 /// The colours of the map that do not come from the palette.
 #[derive(Clone, Copy, Debug)]
@@ -108,19 +135,24 @@ impl Inks {
 pub struct Ink {
     mesh: Mesh,
     feather: f32,
-    /// Texture coordinate at which the texture is white.
-    white: Pos2,
 }
 
 impl Ink {
-    /// An empty mesh over the palette's texture; edges are softened over one pixel.
+    /// An empty mesh over a [`texture`]; edges are softened over one pixel.
     pub fn new(texture: TextureId, pixels_per_point: f32) -> Self {
-        Self { mesh: Mesh::with_texture(texture), feather: 1.0 / pixels_per_point.max(0.1), white: PLAIN }
+        Self { mesh: Mesh::with_texture(texture), feather: 1.0 / pixels_per_point.max(0.1) }
     }
 
     /// An empty mesh of plain colours alone.
-    pub fn plain(pixels_per_point: f32) -> Self {
-        Self { white: egui::epaint::WHITE_UV, ..Self::new(TextureId::default(), pixels_per_point) }
+    pub fn plain(ctx: &egui::Context) -> Self {
+        let id = egui::Id::unique("plain ink");
+        let known = ctx.data(|d| d.get_temp::<TextureHandle>(id));
+        let texture = known.unwrap_or_else(|| {
+            let texture = texture(ctx, "plain ink", &[Color32::WHITE; TEXELS]);
+            ctx.data_mut(|d| d.insert_temp(id, texture.clone()));
+            texture
+        });
+        Self::new(texture.id(), ctx.pixels_per_point())
     }
 
     /// A vertex for [`Ink::shared_triangle`]; they are numbered in the order in which they come, before anything else is drawn.
@@ -146,7 +178,7 @@ impl Ink {
 
     /// A vertex in a palette colour for [`Ink::shared_triangle`]; `u` is its texture coordinate, `light` its brightness. Gives its number.
     pub fn palette_vertex(&mut self, at: Pos2, u: f32, light: Color32) -> u32 {
-        self.mesh.vertices.push(Vertex { pos: at, uv: pos2(u, 0.25), color: light });
+        self.mesh.vertices.push(Vertex { pos: at, uv: pos2(u, PALETTE_V), color: light });
         self.mesh.vertices.len() as u32 - 1
     }
 
@@ -169,7 +201,7 @@ impl Ink {
     }
 
     fn vertex(&mut self, pos: Pos2, color: Color32) {
-        self.mesh.vertices.push(Vertex { pos, uv: self.white, color });
+        self.mesh.vertices.push(Vertex { pos, uv: PLAIN, color });
     }
 
     /// A straight line with soft edges; thinner than a pixel it becomes fainter instead.
@@ -179,35 +211,18 @@ impl Ink {
         if length <= 1e-4 || !length.is_finite() {
             return;
         }
-        let across = Vec2::new(-along.y, along.x) / length;
         let colour = if width < self.feather { colour.gamma_multiply(width / self.feather) } else { colour };
-        let width = width.max(self.feather);
-        let inner = across * ((width - self.feather) / 2.0);
-        let outer = across * f32::midpoint(width, self.feather);
+        let half = f32::midpoint(width.max(self.feather), self.feather);
+        let outer = Vec2::new(-along.y, along.x) * (half / length);
+        let row = (half / self.feather - 1.0) / WIDTH_STEP;
+        let last = ROWS - FIRST_LINE - 1;
+        // A line wider than the widest row is a little softer than it should be.
+        let v = (FIRST_LINE as f32 + row.min(last as f32) + 0.5) / ROWS as f32;
         let first = self.mesh.vertices.len() as u32;
-        if width <= self.feather {
-            // A line of one pixel has no inside: two triangles to either side of it are enough, and a wireframe is thousands of lines.
-            for end in [a, b] {
-                self.vertex(end + outer, Color32::TRANSPARENT);
-                self.vertex(end, colour);
-                self.vertex(end - outer, Color32::TRANSPARENT);
-            }
-            for k in 0..2 {
-                let (p, q) = (first + k, first + k + 3);
-                self.mesh.indices.extend_from_slice(&[p, p + 1, q, p + 1, q + 1, q]);
-            }
-            return;
+        for (end, u, side) in [(a, 0.0, outer), (a, 1.0, -outer), (b, 1.0, -outer), (b, 0.0, outer)] {
+            self.mesh.vertices.push(Vertex { pos: end + side, uv: pos2(u, v), color: colour });
         }
-        for end in [a, b] {
-            self.vertex(end + outer, Color32::TRANSPARENT);
-            self.vertex(end + inner, colour);
-            self.vertex(end - inner, colour);
-            self.vertex(end - outer, Color32::TRANSPARENT);
-        }
-        for k in 0..3 {
-            let (p, q) = (first + k, first + k + 4);
-            self.mesh.indices.extend_from_slice(&[p, p + 1, q, p + 1, q + 1, q]);
-        }
+        self.mesh.indices.extend_from_slice(&[first, first + 1, first + 2, first, first + 2, first + 3]);
     }
 
     /// A filled circle.

@@ -1,7 +1,8 @@
 //! Colours of values: a colour map, the curve by which low values are spread, and the texture that the surface is painted from.
 
-use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
+use egui::{Color32, TextureHandle};
 
+use super::ink::{self, TEXELS};
 use super::range::ColourRange;
 use crate::draw::colour_map::ColourMap;
 
@@ -81,7 +82,7 @@ impl Palette {
         ((0.5 + self.range.position(value) * (TEXELS - 1) as f64) / TEXELS as f64) as f32
     }
 
-    /// The texture: palette in the upper half, white in the lower. Kept by the context until the palette changes.
+    /// The texture that is drawn from. Kept by the context until the palette changes.
     pub fn texture(&self, ctx: &egui::Context) -> TextureHandle {
         let id = egui::Id::unique("height map palette");
         if let Some((made_for, texture)) = ctx.data(|d| d.get_temp::<(Self, TextureHandle)>(id))
@@ -95,17 +96,11 @@ impl Palette {
                 self.colour(self.range.low + share * (self.range.high - self.range.low))
             })
             .collect();
-        let mut pixels = [row.clone(), row].concat();
-        pixels.resize(4 * TEXELS, Color32::WHITE);
-        let image = ColorImage::new([TEXELS, 4], pixels);
-        let texture = ctx.load_texture("height map palette", image, TextureOptions::LINEAR);
+        let texture = ink::texture(ctx, "height map palette", &row);
         ctx.data_mut(|d| d.insert_temp(id, (*self, texture.clone())));
         texture
     }
 }
-
-/// Texels along the palette: enough that a logarithm shows no steps.
-const TEXELS: usize = 1024;
 
 #[cfg(test)]
 mod tests {

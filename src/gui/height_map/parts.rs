@@ -23,6 +23,8 @@ pub struct Parts {
     pub triangles: Vec<Part>,
     /// Edges of the mesh.
     pub edges: Vec<u32>,
+    /// Edges at which what stands up ends, by their two vertices.
+    pub rim: Vec<[u32; 2]>,
 }
 
 /// Whether a mesh is large enough for a coarser level to be worth it.
@@ -37,6 +39,7 @@ impl Parts {
         Self {
             triangles: mesh.triangles().iter().zip(&surface.raised).map(part).collect(),
             edges: (0..mesh.edges().len() as u32).collect(),
+            rim: surface.rim.iter().map(|&e| mesh.edges()[e as usize]).collect(),
         }
     }
 
@@ -72,8 +75,18 @@ impl Parts {
         let edges = (0_u32..).zip(mesh.triangles_of_edge()).filter(|(_, sides)| sides.iter().any(raised));
         // Where even triangles are joined edges cannot be told apart.
         let edges = if fine.stands_for.is_empty() { edges.map(|(e, _)| e).collect() } else { Vec::new() };
-        Self { triangles, edges }
+        let rim = rim(&triangles);
+        Self { triangles, edges, rim }
     }
+}
+
+/// The sides that belong to one triangle that stands up and to no second.
+fn rim(triangles: &[Part]) -> Vec<[u32; 2]> {
+    let raised = triangles.iter().filter(|t| t.raised).map(|t| t.corners);
+    let mut sides: Vec<[u32; 2]> =
+        raised.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)])).collect();
+    sides.sort_unstable();
+    sides.chunk_by(|a, b| a == b).filter(|same| same.len() == 1).map(|same| same[0]).collect()
 }
 
 /// For each vertex of a level the vertex of the mesh with the largest value among those that it stands for.
@@ -117,6 +130,9 @@ mod tests {
         assert!(parts.triangles.len() < mesh.triangles().len() / 5);
         let raised = parts.triangles.iter().filter(|t| t.raised).count();
         assert_eq!(raised, surface.raised.iter().filter(|r| **r).count(), "what has data is there whole");
+        let mut of_surface: Vec<_> = surface.rim.iter().map(|&e| mesh.edges()[e as usize]).collect();
+        of_surface.sort_unstable();
+        assert_eq!(parts.rim, of_surface, "and ends where the data end");
         // No coarse triangle lies over data, and no place between the two is left empty.
         let inside = |t: &[u32; 3], x: f64, y: f64| {
             let [a, b, c] = t.map(|v| mesh.positions()[v as usize]);

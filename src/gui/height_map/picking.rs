@@ -52,6 +52,12 @@ pub fn hidden(v: usize, mesh: &Mesh, surface: &Surface, projected: &Projected, v
         } else {
             (t.map(|v| projected.base[v]), t.map(|v| projected.base_depth[v]))
         };
+        // Of a hundred thousand triangles all but a few lie to one side.
+        let [x, y] = [pixels.map(|p| p.x - at.x), pixels.map(|p| p.y - at.y)];
+        let beside = |d: [f32; 3]| d.iter().all(|d| *d > 1.0) || d.iter().all(|d| *d < -1.0);
+        if beside(x) || beside(y) {
+            return false;
+        }
         depth_at(pixels, depths, at).is_some_and(|here| here > depth + CLEARANCE_MM)
     })
 }

@@ -138,7 +138,7 @@ impl Layer {
                 (known && there).then(|| value(v)).filter(|x| x.is_finite())
             })
             .collect();
-        let mut sets_range = outcome.speaks();
+        let mut sets_range = outcome.sets_range();
         sets_range.resize(values.len(), false);
         let is_force =
             matches!(quantity, Quantity::Magnitude | Quantity::Along | Quantity::Tangential | Quantity::Normal);

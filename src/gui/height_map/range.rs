@@ -7,21 +7,13 @@ pub use crate::draw::robust_range::round_up;
 /// Who decides the ends of the colour bar.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum RangeMode {
-    /// All known vertices, border and fixtures left out; rounded outwards. A few values far above the rest are cut off.
+    /// All measured vertices, border and fixtures left out; rounded outwards. A few values far above the rest are cut off.
     #[default]
     Auto,
     /// As [`Self::Auto`], of the vertices inside the canvas.
     InView,
     /// The user; kept when the data change.
     Locked(ColourRange),
-}
-
-impl RangeMode {
-    /// The mode for what must not depend on the view: heights, and charts beside the map.
-    #[must_use]
-    pub fn without_view(self) -> Self {
-        if self == Self::InView { Self::Auto } else { self }
-    }
 }
 
 /// The values at the two ends of the colour bar; `low < high`.

@@ -152,9 +152,8 @@ impl Scene<'_> {
                 parts.push(sort_key(nearest.fold(f64::NEG_INFINITY, f64::max), Part::Edge, e as usize));
             }
         }
-        for &e in &s.rim {
-            let [a, b] = self.mesh.edges()[e as usize];
-            parts.push(sort_key(f64::midpoint(depth_of(a, false), depth_of(b, false)), Part::Cliff, e as usize));
+        for (k, &[a, b]) in self.parts.rim.iter().enumerate() {
+            parts.push(sort_key(f64::midpoint(depth_of(a, false), depth_of(b, false)), Part::Cliff, k));
         }
         // Signs that would cover each other are left to the vertices that a hand has marked.
         let crowded = mean_distance(self.mesh.edges(), &projected.base) < SHORTEST_EDGE;
@@ -326,8 +325,8 @@ impl Scene<'_> {
         self.mesh.triangles()[t as usize].iter().all(|&v| self.ground.holds(&self.surface.base[v as usize]))
     }
 
-    fn cliff(&self, e: usize, projected: &Projected, ink: &mut Ink) {
-        let [a, b] = self.mesh.edges()[e].map(|v| v as usize);
+    fn cliff(&self, k: usize, projected: &Projected, ink: &mut Ink) {
+        let Some([a, b]) = self.parts.rim.get(k).map(|e| e.map(|v| v as usize)) else { return };
         let corners = [projected.base[a], projected.base[b], projected.top[b], projected.top[a]];
         ink.quad(corners, [self.inks.cliff; 4]);
         ink.line(projected.top[a], projected.top[b], 1.3, self.inks.contour);

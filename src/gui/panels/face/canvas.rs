@@ -7,6 +7,7 @@ use crate::face::draft::{Bindings, DraftEdit, Slot};
 use crate::gui::Command;
 use crate::gui::face_drawing::Look;
 use crate::gui::face_work::OpenFace;
+use crate::gui::height_map::ink::Ink;
 use crate::gui::height_map::picking;
 use crate::gui::orbit_view::{self, OrbitView, Projection, StandardView};
 use crate::gui::theme::{self, on_picture};
@@ -54,7 +55,7 @@ pub(super) fn show(ui: &mut egui::Ui, open: &OpenFace, view: &mut FaceView, comm
         tones: if dark { [58.0, 196.0] } else { [120.0, 236.0] },
     };
     let painter = ui.painter_at(canvas);
-    painter.add(egui::Shape::mesh(open.drawing.draw(&projection, &look, ui.ctx().pixels_per_point())));
+    painter.add(egui::Shape::mesh(open.drawing.draw(&projection, &look, Ink::plain(ui.ctx()))));
     let bindings = open.draft.bindings();
     let pen = Pen { painter: &painter, open, projection: &projection, accent: p.accent };
     if view.muscles {

@@ -1,17 +1,18 @@
 //! The canvas of the height map: draws it, turns it under the hand, and tells which vertex the pointer means.
 
-use egui::{FontId, Painter, Pos2, Rect, Role, Sense, Stroke, Vec2, WidgetInfo, pos2, vec2};
-use nalgebra::Point3;
+use std::sync::Arc;
 
-use super::prepared::Prepared;
+use egui::{FontId, Painter, Pos2, Rect, Role, Sense, Stroke, Vec2, WidgetInfo, pos2, vec2};
+
+use super::prepared::{Drawn, DrawnFrom, Prepared, Sight};
 use super::{ForcesView, colour_bar, legend, select, vertex_name};
 use crate::displacement::VertexState;
 use crate::draw::ticks::nice_ticks;
-use crate::gui::height_map::axes::{self, Ground, HeightAxis};
+use crate::gui::height_map::axes::{self, HeightAxis};
 use crate::gui::height_map::ink::{Ink, Inks};
 use crate::gui::height_map::picking::{pick, place};
 use crate::gui::height_map::profile::Line;
-use crate::gui::height_map::range::{range_of, round_down};
+use crate::gui::height_map::range::{RangeMode, range_of, round_down};
 use crate::gui::height_map::scene::{Projected, Scene as MapScene};
 use crate::gui::height_map::{Layer, MapOptions, Relief};
 use crate::gui::orbit_view::{self, OrbitView};
@@ -34,7 +35,7 @@ pub(super) struct Stage<'a> {
     pub(super) inks: Inks,
     pub(super) mm_per_unit: f64,
     pub(super) arrow_mm_per_unit: f64,
-    pub(super) projected: Projected,
+    pub(super) projected: Arc<Projected>,
     pub(super) selected: Option<usize>,
     pub(super) hovered: Option<usize>,
 }
@@ -60,32 +61,34 @@ pub(super) fn show(
     let mesh = scene.face.mesh();
     let options = view.options;
     // The range "in view" needs the projection, which needs the heights; so the heights follow the range of all data.
-    let of_all = range_of(options.range.without_view(), &prepared.layer, &|_| true);
+    let of_all = prepared.range(options.range);
     let mm_per_unit = options.exaggeration.mm_per_unit(of_all);
     let mut raised = prepared.raise(scene, &options, mm_per_unit, |layer| without_border(scene, layer, options.border));
+    let drawn = prepared.take_drawn();
     // How large it will be is known before what is drawn at that size is chosen.
     let points_per_mm = view.shown.map_or(1.0, |s| s.projection.points_per_mm);
-    prepared.choose(scene, &mut raised, points_per_mm);
+    prepared.choose(scene, &mut raised, points_per_mm, response.dragged());
+    let most_mm = HIGHEST * mm_per_unit * of_all.high.abs().max(of_all.low.abs());
+    // Of many points only those that can lie on the outline.
+    let Sight { ground, outline, .. } = raised.sight(&prepared.layer, options.fit_known, most_mm);
+    let corners = ground.corners();
     let surface = &raised.surface;
     let layer = raised.layer.as_ref().unwrap_or(&prepared.layer);
-    let most_mm = HIGHEST * mm_per_unit * of_all.high.abs().max(of_all.low.abs());
-    let shown = shown_vertices(layer, options.fit_known);
-    let ground = Ground::under(shown.iter().map(|&v| &surface.base[v]), options.relief == Relief::Plane);
-    let corners = ground.corners();
-    // Fitted in every gesture: of many points only those that can lie on the outline.
-    let outline: Vec<Point3<f64>> = outermost(surface.extent(shown.iter().copied(), most_mm));
     let fit = |orbit: &OrbitView| {
         let corners = corners.iter().copied().filter(|_| options.axes);
         orbit.project_into(room, outline.iter().copied().chain(corners))
     };
     view.orbit.steer(ui, &response, OrbitView::default(), &fit);
     let projection = fit(&view.orbit);
-    let projected = Projected::new(surface, &projection);
+    let projected = Drawn::project(drawn.as_ref(), &raised, &projection);
     let pick_at = |at: Pos2| pick(at, mesh, surface, &projected, &layer.values);
     let pointed = point(ui, &response, &pick_at, focus, commands);
     view.canvas_focused = orbit_view::keep_focus(ui, &response);
 
-    let range = range_of(options.range, layer, &|v| canvas.contains(projected.base[v]));
+    let range = match options.range {
+        RangeMode::InView => range_of(options.range, layer, &|v| canvas.contains(projected.base[v])),
+        mode => prepared.range(mode),
+    };
     view.shown = Some(super::Shown { projection, range });
     let palette = options.palette(layer, range);
     let ticks = nice_ticks(range.low, range.high, 4);
@@ -96,7 +99,7 @@ pub(super) fn show(
         axes::draw(&painter, &projection, &ground, (options.relief == Relief::Plane).then_some(&height), &inks);
     }
     let arrow_mm_per_unit = arrow_scale(scene);
-    let mut ink = Ink::new(palette.texture(ui.ctx()).id(), ui.ctx().pixels_per_point());
+    let texture = palette.texture(ui.ctx()).id();
     let parts = MapScene {
         mesh,
         outcome: scene.outcome,
@@ -113,8 +116,23 @@ pub(super) fn show(
         cuts,
         ground: &ground,
     };
-    parts.paint(&projected, &mut ink);
-    painter.add(egui::Shape::mesh(ink.into_mesh()));
+    let from = DrawnFrom {
+        projection,
+        options,
+        texture,
+        palette,
+        surface: raised.from,
+        cuts: cuts.to_vec(),
+        dark: ui.visuals().dark_mode,
+        pixels_per_point: ui.ctx().pixels_per_point(),
+        levels_mm: raised.levels_mm,
+    };
+    let drawn = Drawn::draw(drawn, from, Arc::clone(&projected), |projected| {
+        let mut ink = Ink::new(texture, ui.ctx().pixels_per_point());
+        parts.paint(projected, &mut ink);
+        ink.into_mesh()
+    });
+    painter.add(egui::Shape::Mesh(Arc::clone(&drawn.mesh)));
 
     let stage = Stage {
         scene,
@@ -141,44 +159,11 @@ pub(super) fn show(
     if let Some(v) = pointed {
         tooltip(&painter, &stage, v);
     }
-    prepared.keep(raised);
+    prepared.keep(raised, drawn);
     if response.has_focus() {
         let line = Stroke::new(1.0, ui.visuals().hyperlink_color.gamma_multiply(0.6));
         painter.rect_stroke(canvas.shrink(1.0), 0.0, line, egui::StrokeKind::Inside);
     }
-}
-
-/// The points that lie farthest in one of many directions; all of them where they are few.
-fn outermost(points: impl Iterator<Item = Point3<f64>>) -> Vec<Point3<f64>> {
-    const FEW: usize = 8000;
-    /// Points along each direction of a sphere walked round in a spiral.
-    const DIRECTIONS: usize = 64;
-    let all: Vec<Point3<f64>> = points.collect();
-    if all.len() <= FEW {
-        return all;
-    }
-    // The golden angle spreads directions evenly.
-    let direction = |k: usize| {
-        let z = 1.0 - (2.0 * k as f64 + 1.0) / DIRECTIONS as f64;
-        let (sin, cos) = (k as f64 * 2.399_963_229_728_653).sin_cos();
-        nalgebra::Vector3::new(cos * (1.0 - z * z).sqrt(), sin * (1.0 - z * z).sqrt(), z)
-    };
-    let mut farthest = vec![(f64::NEG_INFINITY, Point3::origin()); DIRECTIONS];
-    let directions: Vec<_> = (0..DIRECTIONS).map(direction).collect();
-    for p in all.iter().step_by(all.len() / FEW + 1) {
-        for (best, d) in farthest.iter_mut().zip(&directions) {
-            let along = d.dot(&p.coords);
-            if along > best.0 {
-                *best = (along, *p);
-            }
-        }
-    }
-    farthest.into_iter().map(|(_, p)| p).collect()
-}
-
-fn shown_vertices(layer: &Layer, known_only: bool) -> Vec<usize> {
-    let known: Vec<usize> = (0..layer.values.len()).filter(|&v| layer.values[v].is_some()).collect();
-    if known_only && known.len() > 2 { known } else { (0..layer.values.len()).collect() }
 }
 
 /// The layer without the vertices whose force carries the border's reaction, if they are to be left out.

@@ -1,6 +1,6 @@
 //! The words on the canvas: title, exaggeration, and the legend of the markers and hatchings.
 
-use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, TextureId, pos2, vec2};
+use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, pos2, vec2};
 
 use super::canvas::Stage;
 use crate::displacement::VertexState;
@@ -102,14 +102,9 @@ fn draw_sign(painter: &Painter, at: Pos2, sign: Sign, inks: &Inks) {
 
 /// The marker of a vertex, as the map draws it: by the same code, a little larger than on a map with room.
 fn marker(painter: &Painter, at: Pos2, state: VertexState, border: bool, inks: &Inks) {
-    let mut ink = Ink::new(TextureId::default(), painter.ctx().pixels_per_point());
+    let mut ink = Ink::plain(painter.ctx());
     draw_marker(&mut ink, at, 1.1, state, border, inks);
-    let mut mesh = ink.into_mesh();
-    // The default texture is the one of the letters; its first texel is white.
-    for vertex in &mut mesh.vertices {
-        vertex.uv = egui::epaint::WHITE_UV;
-    }
-    painter.add(egui::Shape::mesh(mesh));
+    painter.add(egui::Shape::mesh(ink.into_mesh()));
 }
 
 /// Diagonal lines over a rectangle.

@@ -139,7 +139,7 @@ pub fn show(
     let mut prepared = Prepared::of(scene, &view.options, view.prepared.take());
     let selected = selected_vertex(scene, focus);
     let (layer, first) = (&prepared.layer, &prepared.first[..]);
-    egui::Panel::top("forces toolbar").show(ui, |ui| toolbar::show(ui, scene, view, layer));
+    egui::Panel::top("forces toolbar").show(ui, |ui| toolbar::show(ui, scene, view, &prepared));
     // Of a width that no content changes: the map beside it must not move under the pointer.
     egui::Panel::right("forces side").exact_size(282.0).show(ui, |ui| {
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -153,7 +153,7 @@ pub fn show(
     egui::Panel::bottom("forces charts").resizable(true).default_size(216.0).min_size(120.0).show(ui, |ui| match view
         .tab
     {
-        Tab::Profiles => profiles::show(ui, scene, view, layer, first, selected, focus, commands),
+        Tab::Profiles => profiles::show(ui, scene, view, &prepared, selected, focus, commands),
         Tab::Table => table::show(ui, scene, view, first, selected, focus, commands),
     });
     let cuts = profiles::lines(scene, view, first, selected).filter(|_| view.tab == Tab::Profiles);

@@ -4,12 +4,13 @@ use egui::{Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 use nalgebra::Point3;
 
 use super::chart::{self, Chart};
+use super::prepared::Prepared;
 use super::{ForcesView, select};
 use crate::gui::height_map::ink::Inks;
 use crate::gui::height_map::profile::{Line, ProfilePoint, Section, section};
 use crate::gui::height_map::quantity::muscle_name;
-use crate::gui::height_map::range::{range_of, round_up};
-use crate::gui::height_map::{Direction, Layer, Quantity};
+use crate::gui::height_map::range::round_up;
+use crate::gui::height_map::{Direction, Quantity};
 use crate::gui::{Command, Focus, Scene, Stamp};
 
 /// What two profiles were cut from.
@@ -21,17 +22,16 @@ pub(super) struct CutFrom {
 }
 
 /// Shows both charts side by side; `first` are the vertices from the eyes, mm.
-#[expect(clippy::too_many_arguments, reason = "what a panel may read, its own view, and the commands")]
 pub(super) fn show(
     ui: &mut Ui,
     scene: Scene<'_>,
     view: &mut ForcesView,
-    layer: &Layer,
-    first: &[Point3<f64>],
+    prepared: &Prepared,
     selected: Option<usize>,
     focus: &mut Focus,
     commands: &mut Vec<Command>,
 ) {
+    let (layer, first) = (&prepared.layer, &prepared.first[..]);
     let through = selected.or_else(|| scene.outcome.vertex_to_look_at());
     ui.horizontal_wrapped(|ui| {
         ui.weak(match (selected, through) {
@@ -72,7 +72,7 @@ pub(super) fn show(
     let pointer = ui.input(|i| i.pointer.hover_pos()).filter(|p| rect.contains(*p));
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 4.0, inks.canvas);
-    let range = range_of(view.options.range.without_view(), layer, &|_| true);
+    let range = prepared.range(view.options.range);
     let palette = view.options.palette(layer, range);
     let values = limits(sections, layer.signed);
     let up = layer.axis_title();

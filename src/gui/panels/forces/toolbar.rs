@@ -2,18 +2,18 @@
 
 use egui::{ComboBox, DragValue, Ui};
 
+use super::prepared::Prepared;
 use super::{ForcesView, Tab};
 use crate::draw::colour_map::ColourMap;
 use crate::gui::Scene;
 use crate::gui::height_map::quantity::muscle_name;
-use crate::gui::height_map::range::range_of;
 use crate::gui::height_map::{
-    ColourCurve, ColourRange, Direction, ErrorDisplay, Exaggeration, Layer, MapOptions, Quantity, RangeMode, Relief,
+    ColourCurve, ColourRange, Direction, ErrorDisplay, Exaggeration, MapOptions, Quantity, RangeMode, Relief,
 };
 use crate::gui::orbit_view::StandardView;
 
 /// Shows the row; it wraps where the window is narrow.
-pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, view: &mut ForcesView, layer: &Layer) {
+pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, view: &mut ForcesView, prepared: &Prepared) {
     ui.add_space(3.0);
     ui.horizontal_wrapped(|ui| {
         quantity(ui, scene, &mut view.options);
@@ -27,7 +27,7 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, view: &mut ForcesView, layer: 
         ui.separator();
         range(ui, view);
         ui.separator();
-        exaggeration(ui, &mut view.options, layer);
+        exaggeration(ui, &mut view.options, prepared);
         ui.separator();
         ui.menu_button("Show…", |ui| switches(ui, &mut view.options));
         ui.separator();
@@ -110,9 +110,10 @@ fn range(ui: &mut Ui, view: &mut ForcesView) {
     }
 }
 
-fn exaggeration(ui: &mut Ui, options: &mut MapOptions, layer: &Layer) {
+fn exaggeration(ui: &mut Ui, options: &mut MapOptions, prepared: &Prepared) {
+    let layer = &prepared.layer;
     let automatic = options.exaggeration == Exaggeration::Auto;
-    let mut mm = options.exaggeration.mm_per_unit(range_of(options.range.without_view(), layer, &|_| true));
+    let mut mm = options.exaggeration.mm_per_unit(prepared.range(options.range));
     ui.label("Height ×");
     let unit = if layer.unit == "N" { " mm/N" } else { " mm/unit" };
     let speed = mm * 0.01;

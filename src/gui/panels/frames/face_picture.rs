@@ -3,6 +3,7 @@
 use egui::{Color32, Pos2, Sense, Stroke, Vec2};
 
 use crate::gui::face_drawing::{FaceDrawing, Look};
+use crate::gui::height_map::ink::Ink;
 use crate::gui::orbit_view::OrbitView;
 use crate::gui::theme::{self, on_picture};
 use crate::gui::{Focus, Scene};
@@ -33,7 +34,7 @@ pub fn show(
     let projection = front.project_into(rect.shrink(10.0), drawing.corners().into_iter());
     let tones = if ui.visuals().dark_mode { [62.0, 158.0] } else { [138.0, 226.0] };
     let look = Look { shaded: true, wire: None, rim: Color32::TRANSPARENT, tones };
-    painter.add(egui::Shape::mesh(drawing.draw(&projection, &look, ui.ctx().pixels_per_point())));
+    painter.add(egui::Shape::mesh(drawing.draw(&projection, &look, Ink::plain(ui.ctx()))));
     let vertices = scene.face.mesh().len();
     let place = |v: u32| ((v as usize) < vertices).then(|| drawing.place(&projection, v as usize).0);
 

@@ -37,7 +37,7 @@ pub const COLOURS: [(&str, Color32, Color32); 4] = [
 ];
 
 /// Edges that would be shorter on the screen are drawn from a coarser level, ui points.
-const SHORTEST_EDGE: f64 = 9.0;
+const SHORTEST_EDGE: f64 = 11.0;
 
 /// Draws the edges of the face with its vertices at `in_image`, px; `points_per_mm` is the size of a millimetre on the screen.
 #[expect(clippy::too_many_arguments, reason = "what is drawn, where, and how")]
@@ -63,7 +63,7 @@ pub fn paint(
     let feature = feature.gamma_multiply((opacity * 1.4).min(1.0));
     let seen = painter.clip_rect().expand(2.0);
     let at = |v: u32| ui_from_image([in_image[v as usize].x, in_image[v as usize].y]);
-    let mut ink = Ink::plain(painter.ctx().pixels_per_point());
+    let mut ink = Ink::plain(painter.ctx());
     let mut draw = |v: [u32; 2], [a, b]: [Pos2; 2], rim: bool| {
         if a.is_finite() && b.is_finite() && seen.intersects(egui::Rect::from_two_pos(a, b)) {
             let is_feature = rim || v.iter().all(|&v| on_midline(face, v));
