@@ -73,6 +73,8 @@ pub mod study;
 
 pub mod export;
 
+pub mod import;
+
 pub mod cli;
 
 #[cfg(feature = "gui")]

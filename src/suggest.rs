@@ -35,6 +35,8 @@ pub enum Source {
     Searched,
     /// Not found itself; its neighbours lead there.
     Neighbours,
+    /// Read from a file of marks.
+    Imported,
 }
 
 impl Source {
@@ -44,6 +46,7 @@ impl Source {
             Source::Tracked => "tracked",
             Source::Searched => "searched",
             Source::Neighbours => "neighbours",
+            Source::Imported => "imported",
         }
     }
 }

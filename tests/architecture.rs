@@ -22,8 +22,9 @@ const FLOORS: &[(&str, u8)] = &[
     ("suggest", 5),
     ("study", 5),
     ("export", 6),
-    ("cli", 7),
-    ("gui", 7),
+    ("import", 7),
+    ("cli", 8),
+    ("gui", 8),
 ];
 
 /// Crates that only the window may name.

@@ -439,7 +439,7 @@ fn wrong_usage_is_status_2_and_help_names_every_command() {
         assert_eq!(frontalis(wrong).status.code(), Some(2), "{wrong:?}");
     }
     let help = done(&["--help"]);
-    for command in ["demo", "solve", "face", "twin", "export", "suggest", "frames", "check"] {
+    for command in ["demo", "solve", "face", "twin", "export", "import", "suggest", "frames", "check"] {
         assert!(help.contains(command), "{help}");
     }
     assert!(done(&["--version"]).starts_with("frontalis "));
@@ -532,4 +532,33 @@ fn two_frames_come_out_of_a_film_by_the_motion_or_by_number() {
     }
     assert!(refused(&["frames", text(&dir.path().join("gone.mp4")), "--out", text(&nowhere)]).contains("no such file"));
     assert_eq!(names(dir.path()), set(&["out"]));
+}
+
+#[test]
+fn exported_marks_are_imported_as_proposals_and_accepted_into_a_new_project() {
+    let (dir, out) = sample();
+    let project = out.join("sample.frontalis.json");
+    let marks = dir.path().join("marks.csv");
+    done(&["export", text(&project), "--format", "csv", "--out", text(&marks)]);
+    let said = done(&["import", text(&project), text(&marks)]);
+    assert!(said.contains(" 0 of them not marked") && said.contains("0.000 px apart"), "{said}");
+    // The landmarks and the still points go, and come back from the file.
+    let before: Value = serde_json::from_slice(&fs::read(&project).unwrap()).unwrap();
+    let fewer = changed(&out, |p| {
+        p["landmarks"] = Value::Object(serde_json::Map::new());
+        p["features"].as_object_mut().unwrap().retain(|_, f| f["role"] != "still");
+    });
+    let new = dir.path().join("new.frontalis.json");
+    let said = done(&["import", text(&fewer), text(&marks), "--out", text(&new)]);
+    assert!(said.contains("points accepted"), "{said}");
+    let after: Value = serde_json::from_slice(&fs::read(&new).unwrap()).unwrap();
+    assert_eq!(after["landmarks"], before["landmarks"]);
+    for (vertex, feature) in before["features"].as_object().unwrap() {
+        assert_eq!(after["features"][vertex]["last"], feature["last"], "{vertex}");
+    }
+    let kept = fs::read(&fewer).unwrap();
+    assert!(refused(&["import", text(&fewer), text(&marks), "--out", text(&fewer)]).contains("not overwritten"));
+    assert_eq!(fs::read(&fewer).unwrap(), kept);
+    fs::write(&marks, "frame,id,x_px,y_px,state\nlast,17,here,2,marked\n").unwrap();
+    assert!(refused(&["import", text(&fewer), text(&marks)]).contains("marks.csv: line 2: `here` is not a number"));
 }

@@ -26,6 +26,9 @@ pub enum CliError {
     /// A frame's picture.
     #[error(transparent)]
     Frame(#[from] FrameError),
+    /// A file of marks.
+    #[error(transparent)]
+    Marks(#[from] crate::import::ImportError),
     /// A film.
     #[error(transparent)]
     Film(#[from] FilmError),

@@ -6,6 +6,7 @@ mod error;
 mod export;
 mod face;
 mod frames;
+mod import;
 mod output;
 mod progress;
 mod scene;
@@ -46,6 +47,8 @@ pub enum Command {
     Twin(twin::Arguments),
     /// Writes marks and results for other programs.
     Export(export::Arguments),
+    /// Reads marks of another program or project (CSV, TPS, COCO) as proposals; accepts them into a new project where asked.
+    Import(import::Arguments),
     /// Where tracking would put every feature point that is not marked: a table, never a change of the project.
     Suggest(suggest::Arguments),
     /// Takes the first and the last frame of an expression out of a film; without numbers, by the motion.
@@ -66,6 +69,7 @@ pub fn run(command: Command) -> ExitCode {
         Command::Twin(arguments) => twin::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Suggest(arguments) => suggest::run(&arguments),
+        Command::Import(arguments) => import::run(&arguments),
         Command::Frames(arguments) => frames::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
     };

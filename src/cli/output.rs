@@ -95,6 +95,13 @@ impl Output {
     }
 }
 
+impl Drop for Output {
+    fn drop(&mut self) {
+        // The handler of Ctrl-C shares the folder, which therefore does not go by itself.
+        drop(self.work.lock().unwrap_or_else(PoisonError::into_inner).take());
+    }
+}
+
 fn failed(path: PathBuf, source: io::Error) -> CliError {
     CliError::Write { path, source }
 }

@@ -21,8 +21,12 @@ pub enum Action {
     SaveAs,
     /// Choose the two frames.
     OpenFrames,
+    /// Choose a film, and the first and the last frame in it.
+    OpenFilm,
     /// Choose a folder of numbered frames.
     OpenFolder,
+    /// Read marks from a file of another program or project.
+    ImportMarks,
     /// Write the results into a folder.
     Export,
     /// Leave the program.

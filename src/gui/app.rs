@@ -16,8 +16,9 @@ use super::view_state::{ViewState, Workspace};
 use super::{Command, Scene, Stamp, files, panels};
 use crate::face::FaceModel;
 use crate::pipeline::{self, Outcome};
-use crate::project::autosave::{self, Unnamed};
+use crate::project::autosave::{self, Named, Unnamed};
 use crate::project::recent::Recent;
+use crate::project::whole_file;
 use crate::project::{FaceSource, History, Project, Which};
 use crate::suggest::Suggestion;
 
@@ -73,7 +74,7 @@ pub(super) struct OpenDocument {
 #[derive(Debug)]
 pub(super) enum Journal {
     /// Beside the project's file.
-    Beside(PathBuf),
+    Beside(Named),
     /// In a place of this window's own.
     Own(Unnamed),
 }
@@ -82,14 +83,17 @@ impl Journal {
     /// The journal of a project with this file, or without one.
     pub(super) fn of(path: Option<&Path>, state_folder: Option<&Path>) -> Option<Self> {
         match path {
-            Some(path) => Some(Self::Beside(autosave::beside(path))),
+            Some(path) => {
+                whole_file::sweep(&whole_file::folder_of(path), whole_file::STALE);
+                Some(Self::Beside(Named::take(path, state_folder)))
+            }
             None => Unnamed::take(state_folder?).map(Self::Own),
         }
     }
 
     pub(super) fn path(&self) -> &Path {
         match self {
-            Self::Beside(path) => path,
+            Self::Beside(named) => named.journal(),
             Self::Own(unnamed) => unnamed.journal(),
         }
     }

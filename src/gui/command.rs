@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use super::action::Action;
 use super::dialogs::Purpose;
+use super::film_work::Looking;
+use super::import_marks::ReadMarks;
 use super::modal::Modal;
 use super::new_frames::NewFrame;
 use super::rescue::Rescue;
@@ -46,6 +48,10 @@ pub enum Command {
     KeepMarks(Vec<NewFrame>),
     /// Read a picture and make it a frame of the project.
     LoadFrame(Which, PathBuf),
+    /// Make these two frames of a film the frames of the project.
+    UseFilmFrames(Looking, [usize; 2]),
+    /// Take marks that were read: as marks, or as suggestions.
+    TakeMarks(ReadMarks, bool),
     /// Files were dropped on the window, on a pane of the frames or elsewhere.
     Dropped(Vec<PathBuf>, Option<Which>),
     /// Show a dialog in the window.

@@ -20,6 +20,12 @@ pub enum Purpose {
     Frames,
     /// One frame.
     Frame(crate::project::Which),
+    /// A file of marks.
+    Marks,
+    /// A film.
+    Film,
+    /// A folder for two frames of a film, whose own takes none.
+    StillsFolder(super::film_work::Stills),
     /// A folder of numbered frames.
     FrameFolder,
     /// A folder for the results.
@@ -46,6 +52,9 @@ impl Purpose {
             Self::Frames => "Choose the first and the last frame",
             Self::Frame(crate::project::Which::First) => "Choose the first frame",
             Self::Frame(crate::project::Which::Last) => "Choose the last frame",
+            Self::Marks => "Import marks",
+            Self::Film => "Open film",
+            Self::StillsFolder(_) => "Choose a folder for the two frames",
             Self::FrameFolder => "Choose a folder of numbered frames",
             Self::ExportFolder => "Choose a folder for the results",
             Self::OpenMesh => "Open mesh",
@@ -61,6 +70,11 @@ impl Purpose {
             Self::SaveProject { .. } => "Type the path of the file to save to.",
             Self::Frames => "Type the paths of the two pictures, or drop them on the window.",
             Self::Frame(_) => "Type the path of the picture, or drop it on the window.",
+            Self::Marks => "Type the path of a CSV, TPS or COCO file of marks.",
+            Self::Film => "Type the path of the film, or drop it on the window.",
+            Self::StillsFolder(_) => {
+                "The film's folder cannot be written. Type the path of a folder for the two frames, as pictures."
+            }
             Self::FrameFolder => "Type the path of the folder, or drop it on the window.",
             Self::OpenMesh => "Type the path of the mesh (OBJ, PLY or WFM), or drop it on the window.",
             Self::OpenFace => "Type the path of the face model, or drop it on the window.",
@@ -79,7 +93,9 @@ impl Purpose {
             Self::Frames => &["First frame", "Last frame"],
             Self::Frame(crate::project::Which::First) => &["First frame"],
             Self::Frame(crate::project::Which::Last) => &["Last frame"],
-            Self::FrameFolder | Self::ExportFolder => &["Folder"],
+            Self::Marks => &["Marks"],
+            Self::Film => &["Film"],
+            Self::FrameFolder | Self::ExportFolder | Self::StillsFolder(_) => &["Folder"],
         }
     }
 }
@@ -114,6 +130,9 @@ const FASTER_THAN_A_PERSON: Duration = Duration::from_millis(300);
 
 /// Endings of the meshes that can be read.
 pub const MESHES: &[&str] = &["obj", "ply", "wfm"];
+
+/// Endings of the films that can be read.
+pub const FILMS: &[&str] = crate::frames::film::ENDINGS;
 
 /// Endings of the pictures that can be read.
 pub const PICTURES: &[&str] = &["png", "jpg", "jpeg", "bmp", "tif", "tiff", "webp"];
@@ -160,7 +179,11 @@ fn ask_and_send(purpose: &Purpose, sender: &Sender<Answer>, ctx: &egui::Context)
         Purpose::SaveFace { suggested, .. } => {
             dialog.add_filter("Face model", &["json"]).set_file_name(suggested).save_file().map(|f| vec![f])
         }
-        Purpose::FrameFolder | Purpose::ExportFolder => dialog.pick_folder().map(|f| vec![f]),
+        Purpose::Marks => dialog.add_filter("Marks", &["csv", "tps", "json"]).pick_file().map(|f| vec![f]),
+        Purpose::Film => dialog.add_filter("Films", FILMS).add_filter("All files", &["*"]).pick_file().map(|f| vec![f]),
+        Purpose::FrameFolder | Purpose::ExportFolder | Purpose::StillsFolder(_) => {
+            dialog.pick_folder().map(|f| vec![f])
+        }
     };
     let answer = match files {
         Some(files) => Answer::Files(files),

@@ -13,7 +13,6 @@ use super::pictures::{self, Pictures};
 use super::view_state::NoticeKind;
 use super::{Command, dialogs, export_results, rescue};
 use crate::face::{self, FaceModel};
-use crate::frames::FrameSequence;
 use crate::project::whole_file::{self, Durability};
 use crate::project::{FaceSource, FrameStatus, Project, Which, autosave, file, frames_check, paths, sample};
 
@@ -66,6 +65,7 @@ impl App {
         self.view.frames.tool = Tool::Select;
         self.view.frames.placed = None;
         self.waiting_frames.clear();
+        self.suggesting.forget_imported();
         self.view.frames.fit();
         self.solve_anew();
         self.look_for_unsaved_work();
@@ -159,7 +159,9 @@ impl App {
             Purpose::Frame(which) => self.commands.push(Command::LoadFrame(*which, first)),
             Purpose::OpenMesh | Purpose::OpenFace => self.read_face(first, ctx),
             Purpose::SaveFace { then, .. } => self.save_face_to(first, then.clone(), ctx),
-            Purpose::FrameFolder => self.open_folder(first, ctx),
+            Purpose::Marks => self.import_marks(first, ctx),
+            Purpose::Film | Purpose::FrameFolder => self.open_film(first, ctx),
+            Purpose::StillsFolder(stills) => self.write_stills(stills.clone(), first, ctx),
             Purpose::ExportFolder => self.export(first, ctx),
         }
     }
@@ -171,17 +173,14 @@ impl App {
         }
     }
 
-    fn open_folder(&mut self, folder: PathBuf, ctx: &egui::Context) {
-        self.jobs.start(ctx, format!("Listing {}", pictures::file_name(&folder)), About::Person, move |_| {
-            Some(Finished::Folder(FrameSequence::open(&folder).map_err(|e| e.to_string())))
-        });
-    }
-
-    /// A project is opened, a folder listed, one picture goes to the pane it was dropped on, two become the frames.
+    /// A project is opened, a film or a folder shown as a strip, one picture goes to the pane it was dropped on, two become the frames.
     pub(super) fn dropped(&mut self, mut files: Vec<PathBuf>, over: Option<Which>, ctx: &egui::Context) {
         files.sort();
         let is_picture = |p: &PathBuf| {
             p.extension().is_some_and(|e| dialogs::PICTURES.contains(&e.to_string_lossy().to_lowercase().as_str()))
+        };
+        let is_film = |p: &PathBuf| {
+            p.extension().is_some_and(|e| dialogs::FILMS.contains(&e.to_string_lossy().to_lowercase().as_str()))
         };
         let is_face = |p: &PathBuf| {
             let name = pictures::file_name(p).to_lowercase();
@@ -191,7 +190,7 @@ impl App {
             self.view.modal = None;
         }
         match &files[..] {
-            [one] if one.is_dir() => self.open_folder(one.clone(), ctx),
+            [one] if one.is_dir() || is_film(one) => self.open_film(one.clone(), ctx),
             [one] if is_picture(one) => {
                 let free = if self.project().frames.first.is_none() { Which::First } else { Which::Last };
                 self.commands.push(Command::LoadFrame(over.unwrap_or(free), one.clone()));
@@ -200,7 +199,7 @@ impl App {
             [one] => self.unless_unsaved(After::Open(one.clone()), ctx),
             [_, _] if files.iter().all(is_picture) => self.load_pair(&mut files),
             _ => {
-                let text = "Drop one project, one picture, two pictures (first and last), a folder of numbered pictures, or one mesh.";
+                let text = "Drop one project, one picture, two pictures (first and last), a film, a folder of numbered pictures, or one mesh.";
                 self.fail("These files are not understood together", text.to_owned());
             }
         }
@@ -238,8 +237,9 @@ impl App {
         let document = &mut self.document;
         let Some(journal) = document.journal.as_ref().filter(|_| document.autosave) else { return };
         if let Some(found) = autosave::recover(journal.path(), document.path.as_deref()) {
+            let (when, older) = (rescue::age(found.saved_at), found.older);
             document.found = Some(found.project);
-            self.view.modal = Some(Modal::Recover { when: rescue::age(found.saved_at) });
+            self.view.modal = Some(Modal::Recover { when, older });
         }
     }
 

@@ -9,10 +9,12 @@ use std::thread::JoinHandle;
 use std::time::Instant;
 
 use super::face_work::{FaceProposal, FaceRead};
+use super::film_work::{Looking, NotWritten, Stills};
+use super::import_marks::ReadMarks;
 use super::pictures::{Adjusted, Source};
 use super::suggesting::{Answer, Failure, Ready};
 use crate::face::check::Report;
-use crate::frames::{Adjustment, Frame, FrameSequence};
+use crate::frames::{Adjustment, Frame};
 use crate::project::Which;
 
 /// What a job brings back.
@@ -40,8 +42,12 @@ pub enum Finished {
         /// The pixels, or why there are none: one line.
         result: Result<Adjusted, String>,
     },
-    /// A folder of frames was listed, or not.
-    Folder(Result<FrameSequence, String>),
+    /// A film was looked through, or cannot be: one line says why.
+    Film(Looking, Result<(), String>),
+    /// A file of marks was read, or not: one line says why.
+    Marks(Result<ReadMarks, String>),
+    /// Two frames of a film were written as pictures, or not.
+    Stills(Stills, Result<[PathBuf; 2], NotWritten>),
     /// A mesh or a face model was read, or not: one line says why.
     Face(Box<Result<FaceRead, String>>),
     /// Landmarks and muscles were proposed for the face of that number, or not.

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use super::command::After;
 use super::dialogs::Purpose;
+use super::import_marks::ReadMarks;
 use super::new_frames::NewFrame;
-use super::panels::sequence::SequenceView;
+use super::panels::film_strip::FilmView;
 use super::rescue::Rescue;
 
 /// Which dialog is open, with what has been typed into it.
@@ -35,12 +36,16 @@ pub enum Modal {
         /// Whether its field has been given the keyboard.
         focused: bool,
     },
-    /// First and last of a folder of numbered frames.
-    Sequence(SequenceView),
+    /// First and last frame of a film, or of a folder of numbered pictures.
+    Film(FilmView),
+    /// Marks were read from a file.
+    Marks(ReadMarks),
     /// Work that was not saved was found.
     Recover {
         /// When it was written: ", 5 minutes old".
         when: String,
+        /// The project's file was saved since.
+        older: bool,
     },
     /// A project cannot be read, and something beside it can.
     Spoilt {

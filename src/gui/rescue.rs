@@ -33,7 +33,7 @@ impl Rescue {
 
     fn read(self, path: &Path) -> Option<Recovered> {
         match self {
-            Self::Journal => autosave::read(&autosave::beside(path)),
+            Self::Journal => autosave::newest_beside(path),
             Self::Copy => autosave::read(&with_ending(path, "bak")),
         }
     }

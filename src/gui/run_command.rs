@@ -8,7 +8,6 @@ use super::jobs::{About, Finished};
 use super::modal::Modal;
 use super::panels::frames::{SideTab, Tool, toolbar};
 use super::panels::palette::PaletteView;
-use super::panels::sequence::SequenceView;
 use super::pictures::Source;
 use super::view_state::{Notice, NoticeKind, Workspace};
 use super::{Command, pictures};
@@ -66,6 +65,8 @@ impl App {
             Command::NewProjectWith(frames) => self.new_project_with(frames, ctx),
             Command::KeepMarks(frames) => self.keep_marks(frames, ctx),
             Command::LoadFrame(which, path) => pictures::read(which, Source::File(path), true, ctx, &mut self.jobs),
+            Command::TakeMarks(read, accept) => self.take_marks(&read, accept, ctx),
+            Command::UseFilmFrames(looking, frames) => self.use_film_frames(&looking, frames, ctx),
             Command::Dropped(paths, over) => self.dropped(paths, over, ctx),
             Command::Show(modal) => self.view.modal = Some(modal),
             Command::CloseModal => self.view.modal = None,
@@ -155,7 +156,9 @@ impl App {
             Action::Save => self.save(None, ctx),
             Action::SaveAs => self.ask_where_to_save(None, ctx),
             Action::OpenFrames => self.dialogs.ask(ctx, Purpose::Frames),
+            Action::OpenFilm => self.dialogs.ask(ctx, Purpose::Film),
             Action::OpenFolder => self.dialogs.ask(ctx, Purpose::FrameFolder),
+            Action::ImportMarks => self.dialogs.ask(ctx, Purpose::Marks),
             Action::Export => self.dialogs.ask(ctx, Purpose::ExportFolder),
             Action::Undo => self.in_step_with_guide(|app| _ = app.document.history.undo()),
             Action::Redo => self.in_step_with_guide(|app| _ = app.document.history.redo()),
@@ -252,6 +255,7 @@ impl App {
             self.finish(finished, ctx);
         }
         self.ask_about_waiting_frames();
+        self.follow_film(ctx);
         let project = self.document.history.project();
         let path = self.document.path.clone().unwrap_or_else(|| "unnamed".into());
         let resolve = |frame: &FrameRef| paths::resolve(&path, frame);
@@ -286,8 +290,9 @@ impl App {
             Finished::Face(read) => self.face_read(*read, ctx),
             Finished::Proposed(number, proposed) => self.face_proposed(number, *proposed, ctx),
             Finished::FaceChecked { number, revision, report } => self.face_checked(number, revision, report),
-            Finished::Folder(Ok(sequence)) => self.view.modal = Some(Modal::Sequence(SequenceView::new(&sequence))),
-            Finished::Folder(Err(why)) => self.fail("The folder cannot be used", why),
+            Finished::Film(looking, result) => self.film_looked_through(&looking, result),
+            Finished::Marks(read) => self.marks_read(read),
+            Finished::Stills(stills, result) => self.stills_written(stills, result, ctx),
             Finished::Exported(Ok(folder)) => {
                 self.tell(NoticeKind::Done, format!("The results are in {}.", folder.display()), ctx);
             }

@@ -48,6 +48,8 @@ impl Default for SuggestStyle {
 pub struct Suggested {
     /// By vertex, each with where the vertex lay in the first frame when it was asked for.
     places: BTreeMap<u32, (Suggestion, Point2<f64>)>,
+    /// Read from a file, by vertex: what another hand has said goes before what was found.
+    imported: BTreeMap<u32, Suggestion>,
     /// What is to be said of them.
     pub status: Status,
 }
@@ -71,6 +73,9 @@ pub enum Status {
 impl Suggested {
     /// The suggestion for a vertex that lies here in the first frame.
     pub fn of(&self, vertex: u32, first: Point2<f64>) -> Option<&Suggestion> {
+        if let Some(imported) = self.imported.get(&vertex) {
+            return Some(imported);
+        }
         let (suggestion, asked) = self.places.get(&vertex)?;
         ((asked - first).norm() <= SAME_SKIN_PX).then_some(suggestion)
     }
@@ -165,6 +170,17 @@ impl Suggesting {
         self.take_prepared(which, Err(Failure { sha256: sha256.to_owned(), why }));
     }
 
+    /// Takes suggestions from a file in the place of those from another one; how many there are.
+    pub(super) fn import(&mut self, read: impl Iterator<Item = Suggestion>) -> usize {
+        self.shown.imported = read.map(|s| (s.vertex, s)).collect();
+        self.shown.imported.len()
+    }
+
+    /// Another project is open: the points of a file were for the one before.
+    pub(super) fn forget_imported(&mut self) {
+        self.shown.imported.clear();
+    }
+
     /// Forgets what could not be prepared, so that it is tried again.
     pub(super) fn retry(&mut self) {
         for ready in &mut self.ready {
@@ -174,7 +190,8 @@ impl Suggesting {
 
     fn hush(&mut self, status: Status) {
         if self.shown.status != status || !self.shown.places.is_empty() {
-            self.shown = Suggested { status, ..Suggested::default() };
+            let imported = std::mem::take(&mut self.shown.imported);
+            self.shown = Suggested { imported, status, ..Suggested::default() };
             self.answered = None;
         }
     }

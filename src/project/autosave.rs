@@ -8,6 +8,8 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use sha2::{Digest, Sha256};
+
 use super::document::Project;
 use super::file::{self, ProjectFileError};
 use super::whole_file::{self, Durability, with_ending};
@@ -22,12 +24,70 @@ pub struct Recovered {
     pub project: Project,
     /// When that was.
     pub saved_at: SystemTime,
+    /// Whether the project's file was saved since, by another window or another program.
+    pub older: bool,
 }
 
-/// The journal of a project with a file: beside it.
+/// The journal of a project with a file: beside it. Further windows on the same file have others, see [`Named`].
 pub fn beside(project: &Path) -> PathBuf {
     with_ending(project, ENDING)
 }
+
+/// Where windows on this file keep their journals.
+fn places(project: &Path) -> impl Iterator<Item = PathBuf> {
+    let first = beside(project);
+    (1..=MOST_WINDOWS).map(move |n| if n == 1 { first.clone() } else { with_ending(&first, &n.to_string()) })
+}
+
+/// The newest journal beside this file that can be read.
+pub fn newest_beside(project: &Path) -> Option<Recovered> {
+    places(project).filter_map(|p| read(&p)).max_by_key(|r| r.saved_at)
+}
+
+/// The place where a window keeps the journal of a project with a file. No other window on the same file has the same one, so that
+/// neither writes over, takes or removes the other's work.
+#[derive(Debug)]
+pub struct Named {
+    journal: PathBuf,
+    /// Locked while the window lives; absent where locks cannot be kept.
+    _lock: Option<File>,
+}
+
+impl Named {
+    /// Takes a place beside the file that no living window holds: the one with the newest work of a window that died, if there is any.
+    ///
+    /// Locks lie in `locks`, under a hash of the file's path: the project's own folder stays clean. Without such a folder, or where all
+    /// places are held, the first place is taken.
+    pub fn take(project: &Path, locks: Option<&Path>) -> Self {
+        let first = || Self { journal: beside(project), _lock: None };
+        let Some(locks) = locks.filter(|l| fs::create_dir_all(l).is_ok()) else { return first() };
+        // Two windows that name one file differently still mean one file.
+        let real =
+            project.canonicalize().or_else(|_| std::path::absolute(project)).unwrap_or_else(|_| project.to_owned());
+        let hash = Sha256::digest(real.as_os_str().as_encoded_bytes());
+        let name = hash.iter().take(16).fold(0_u128, |number, b| number << 8 | u128::from(*b));
+        let mut free: Vec<Self> = Vec::new();
+        for (n, journal) in places(project).enumerate() {
+            let path = locks.join(format!("{name:032x}-{}.lock", n + 1));
+            let Ok(lock) = File::options().create(true).truncate(false).write(true).open(&path) else { continue };
+            if lock.try_lock().is_ok() {
+                free.push(Self { journal, _lock: Some(lock) });
+            }
+        }
+        let written = |place: &Self| fs::metadata(&place.journal).and_then(|m| m.modified()).ok();
+        // Of those without work in them the first.
+        let newest = (0..free.len()).rev().max_by_key(|&i| written(&free[i]));
+        newest.map_or_else(first, |i| free.swap_remove(i))
+    }
+
+    /// Its journal.
+    pub fn journal(&self) -> &Path {
+        &self.journal
+    }
+}
+
+/// Windows on one file that are told apart.
+const MOST_WINDOWS: usize = 8;
 
 /// The place where a window keeps the journal of a project that has no file yet. No other window has the same one.
 #[derive(Debug)]
@@ -87,16 +147,18 @@ pub fn remove(journal: &Path) {
     let _ = fs::remove_file(journal);
 }
 
-/// What was not saved: the journal, where it differs from the project's file and is not older. Where the file is gone or spoilt,
-/// its age says nothing.
+/// What was not saved: the journal, where it differs from the project's file. A file that is newer was saved by another window: the
+/// journal is still somebody's work, and the person is told so.
 ///
 /// A damaged journal is none.
 pub fn recover(journal: &Path, project_path: Option<&Path>) -> Option<Recovered> {
-    let found = read(journal)?;
+    let mut found = read(journal)?;
     if let Some(saved) = project_path {
-        let older = fs::metadata(saved).and_then(|m| m.modified()).is_ok_and(|at| found.saved_at < at);
-        if file::load(saved).is_ok_and(|s| older || s == found.project) {
-            return None;
+        match file::load(saved) {
+            Ok(same) if same == found.project => return None,
+            Ok(_) => found.older = fs::metadata(saved).and_then(|m| m.modified()).is_ok_and(|at| found.saved_at < at),
+            // Of a file that is gone or spoilt the age says nothing.
+            Err(_) => {}
         }
     } else if found.project == Project::default() {
         return None;
@@ -107,7 +169,7 @@ pub fn recover(journal: &Path, project_path: Option<&Path>) -> Option<Recovered>
 /// A journal, or the copy that a save has kept, if it can be read.
 pub fn read(path: &Path) -> Option<Recovered> {
     let saved_at = fs::metadata(path).ok()?.modified().ok()?;
-    Some(Recovered { project: file::load(path).ok()?, saved_at })
+    Some(Recovered { project: file::load(path).ok()?, saved_at, older: false })
 }
 
 /// Where this system keeps what should survive programs but is no document; absent where it names no such folder.
@@ -155,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_damaged_or_older_journal_is_none() {
+    fn a_damaged_journal_is_none_and_an_older_one_says_so() {
         let dir = tempfile::tempdir().unwrap();
         let saved = dir.path().join("p.frontalis.json");
         let journal = beside(&saved);
@@ -169,7 +231,40 @@ mod tests {
         file::save(&named("saved"), &saved).unwrap();
         let old = SystemTime::now() - std::time::Duration::from_mins(1);
         fs::File::options().write(true).open(&journal).unwrap().set_modified(old).unwrap();
+        // Saved since by another window: the work in the journal is not in the file.
+        let found = recover(&journal, Some(&saved)).unwrap();
+        assert!(found.older && found.project == named("later"));
+        file::save(&named("later"), &saved).unwrap();
         assert_eq!(recover(&journal, Some(&saved)), None);
+    }
+
+    #[test]
+    fn windows_on_one_file_have_journals_of_their_own_and_the_newest_left_is_found() {
+        let dir = tempfile::tempdir().unwrap();
+        let (saved, locks) = (dir.path().join("p.frontalis.json"), dir.path().join("state"));
+        file::save(&named("saved"), &saved).unwrap();
+        let take = || Named::take(&saved, Some(&locks));
+        let (one, two) = (take(), take());
+        assert_eq!(
+            (one.journal(), two.journal()),
+            (beside(&saved).as_path(), with_ending(&beside(&saved), "2").as_path())
+        );
+        write(&named("of one"), one.journal()).unwrap();
+        write(&named("of two"), two.journal()).unwrap();
+        let later = SystemTime::now() + std::time::Duration::from_secs(5);
+        fs::File::options().write(true).open(two.journal()).unwrap().set_modified(later).unwrap();
+        assert_eq!(newest_beside(&saved).unwrap().project, named("of two"));
+        // While both live, neither's work is offered to a third.
+        let three = take();
+        assert_eq!(recover(three.journal(), Some(&saved)), None);
+        drop((one, two));
+        let four = take();
+        assert_eq!(recover(four.journal(), Some(&saved)).unwrap().project, named("of two"));
+        remove(four.journal());
+        drop((three, four));
+        assert_eq!(recover(take().journal(), Some(&saved)).unwrap().project, named("of one"));
+        // Without a place for locks there is one journal, as ever.
+        assert_eq!(Named::take(&saved, None).journal(), beside(&saved));
     }
 
     #[test]

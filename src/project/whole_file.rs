@@ -3,6 +3,14 @@
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// What the names of files in the making begin and end with.
+const PREFIX: &str = ".frontalis-";
+const SUFFIX: &str = ".part";
+
+/// A file in the making is done long before this, s.
+pub const STALE: Duration = Duration::from_hours(1);
 
 /// Whether the bytes must have reached the disk before the call returns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,7 +28,7 @@ pub fn write(path: &Path, bytes: &[u8], durability: Durability) -> io::Result<()
     let path = followed(path);
     let folder = folder_of(&path);
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".frontalis-").suffix(".part");
+    builder.prefix(PREFIX).suffix(SUFFIX);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
@@ -43,6 +51,21 @@ pub fn write(path: &Path, bytes: &[u8], durability: Durability) -> io::Result<()
         sync_folder(&folder);
     }
     Ok(())
+}
+
+/// Removes what programs that were killed while they wrote have left in a folder, if it is older than this.
+pub fn sweep(folder: &Path, older_than: Duration) {
+    for entry in fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok) {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        let is_part = name.starts_with(PREFIX) && name.ends_with(SUFFIX);
+        let old =
+            || entry.metadata().and_then(|m| m.modified()).is_ok_and(|at| at.elapsed().is_ok_and(|a| a >= older_than));
+        if is_part && entry.file_type().is_ok_and(|t| t.is_file()) && old() {
+            // One that cannot be removed harms nobody.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
 }
 
 /// The folder that holds a path: `.` where it names none.

@@ -49,7 +49,7 @@ fn a_folder_proposes_its_first_and_last_picture() {
     let mut window = empty(&person);
     window.state_mut().push(Command::Do(Action::OpenFolder));
     settle(&mut window);
-    assert!(matches!(window.state().view().modal, Some(Modal::Sequence(_))), "{:?}", window.state().view().modal);
+    assert!(matches!(window.state().view().modal, Some(Modal::Film(_))), "{:?}", window.state().view().modal);
     window.get_by_label("Use these frames").click();
     settle(&mut window);
     let frames = window.state().project().frames.clone();

@@ -5,6 +5,7 @@
 
 mod face;
 mod files;
+mod film;
 mod guiding;
 mod marking;
 mod new_frames;

@@ -144,3 +144,33 @@ fn what_is_missing_is_said() {
     let window = open(crate::stage::project(folder.path(), &face, true), [1280.0, 800.0], false, Person::default());
     window.get_by_label("Every chosen point is marked.");
 }
+
+#[test]
+fn marks_of_a_file_are_suggested_or_accepted_as_the_person_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("other.csv");
+    let whole = sample::project().unwrap();
+    let (v, truth) =
+        whole.features.iter().find_map(|(v, f)| f.last.filter(|_| f.role == Role::Skin).map(|m| (*v, m))).unwrap();
+    let at = [truth.at_px[0] + 40.0, truth.at_px[1]];
+    let rows = format!("frame,id,x_px,y_px,state\nlast,{v},{},{},marked\nlast,nobody,1,2,marked\n", at[0], at[1]);
+    std::fs::write(&file, rows).unwrap();
+    let person = Person::default();
+    for accept in [false, true] {
+        person.will_choose(&[&file]);
+        let mut window = open(unmarked(), [1280.0, 800.0], true, person.clone());
+        window.state_mut().push(Command::Do(frontalis::gui::Action::ImportMarks));
+        settle(&mut window);
+        window.get_by_label_contains("other.csv holds 1 point of this face");
+        window.get_by_label_contains("the face has no point `nobody`");
+        window.get_by_label(if accept { "Accept all" } else { "Show as suggestions" }).click();
+        settle(&mut window);
+        if accept {
+            assert_eq!((mark(&window, v).unwrap().at_px, window.state().steps().len()), (at, 1));
+        } else {
+            assert_eq!(mark(&window, v), None, "a proposal is never data");
+            let (_, place, confidence) = suggested(&window).into_iter().find(|s| s.0 == v).unwrap();
+            assert_eq!((place, confidence), (at, 1.0));
+        }
+    }
+}

@@ -1,6 +1,7 @@
 //! The panels. Each reads the scene and its own view, and pushes commands.
 
 pub mod face;
+pub mod film_strip;
 pub mod forces;
 pub mod frames;
 pub mod history;
@@ -8,7 +9,6 @@ pub mod menu;
 pub mod modals;
 pub mod palette;
 pub mod results;
-pub mod sequence;
 pub mod settings;
 pub mod skin_table;
 pub mod status;

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use egui::{Id, RichText};
 
-use super::sequence;
+use super::film_strip;
 use crate::gui::action::{HELD, Menu, TABLE};
 use crate::gui::dialogs::Purpose;
+use crate::gui::import_marks::ReadMarks;
 use crate::gui::modal::Modal;
 use crate::gui::new_frames::NewFrame;
 use crate::gui::pictures::file_name;
@@ -17,7 +18,11 @@ use crate::project::FrameRef;
 pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>) -> bool {
     let mut close = false;
     let shown = egui::Modal::new(Id::unique("modal")).frame(theme::dialog_frame(&ctx.global_style())).show(ctx, |ui| {
-        ui.set_width(if matches!(modal, Modal::Keys) { 700.0 } else { 440.0 });
+        ui.set_width(match modal {
+            Modal::Keys => 700.0,
+            Modal::Film(_) => (ctx.content_rect().width() - 80.0).clamp(440.0, 1240.0),
+            _ => 440.0,
+        });
         ui.label(RichText::new(title(modal)).heading().strong());
         ui.add_space(6.0);
         close = match modal {
@@ -35,8 +40,13 @@ pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>)
                 let choices = [Command::SaveFaceThen(after.clone()), Command::DropFace(after.clone())];
                 unsaved(ui, "The face model has changes that are not saved.", choices, commands)
             }
-            Modal::Recover { when, .. } => {
-                ui.label(format!("Work that was not saved was found{when}. It is newer than the project's file."));
+            Modal::Recover { when, older } => {
+                let file = if *older {
+                    "The project's file was saved since, perhaps by another window."
+                } else {
+                    "It is newer than the project's file."
+                };
+                ui.label(format!("Work that was not saved was found{when}. {file}"));
                 ui.add_space(8.0);
                 let mut chosen = false;
                 ui.horizontal(|ui| {
@@ -67,7 +77,8 @@ pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>)
                 chosen | ui.button("Cancel").clicked()
             }
             Modal::Path { purpose, typed, focused } => path(ui, purpose, typed, focused, commands),
-            Modal::Sequence(view) => sequence::show(ui, view, commands),
+            Modal::Marks(read) => marks(ui, read, commands),
+            Modal::Film(view) => film_strip::show(ui, view, commands),
             Modal::Keys => keys(ui),
             Modal::About => about(ui),
         };
@@ -76,11 +87,16 @@ pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>)
     let leave = match modal {
         Modal::Recover { .. } | Modal::Spoilt { .. } => false,
         Modal::OtherFrames(_) => ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, egui::Key::Escape)),
+        // Nor are two frames that were looked for.
+        Modal::Film(_) => ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, egui::Key::Escape)),
         // Nor is a path that is half typed thrown away by one.
         Modal::Path { .. } => ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, egui::Key::Escape)),
         _ => shown.should_close(),
     };
     let closed = close || leave;
+    if closed && let Modal::Film(view) = modal {
+        view.looking().give_up();
+    }
     if closed && let Modal::Error { again: Some(again), .. } = modal {
         commands.push(Command::Show((**again).clone()));
     }
@@ -95,7 +111,8 @@ fn title(modal: &Modal) -> &str {
         Modal::Recover { .. } => "Recover unsaved work?",
         Modal::Spoilt { .. } => "The project cannot be read",
         Modal::Path { purpose, .. } => purpose.title(),
-        Modal::Sequence(_) => "First and last frame",
+        Modal::Marks(_) => "Import marks",
+        Modal::Film(_) => "First and last frame",
         Modal::Keys => "Keys",
         Modal::About => "Frontalis",
     }
@@ -133,6 +150,36 @@ fn other_frames(ui: &mut egui::Ui, frames: &[NewFrame], commands: &mut Vec<Comma
     chosen
 }
 
+/// What becomes of marks that were read; true when one of the three was chosen.
+fn marks(ui: &mut egui::Ui, read: &ReadMarks, commands: &mut Vec<Command>) -> bool {
+    let points = &read.import.points;
+    let suggested = points.iter().filter(|p| p.suggestion().is_some()).count();
+    let counted = if points.len() == 1 { "1 point".to_owned() } else { format!("{} points", points.len()) };
+    ui.label(format!("{} holds {counted} of this face, {suggested} visible in the last frame.", read.name));
+    let passed_over = &read.import.passed_over;
+    if let Some(first) = passed_over.first() {
+        let more = if passed_over.len() > 1 { format!(", and {} more", passed_over.len() - 1) } else { String::new() };
+        ui.colored_label(ui.visuals().warn_fg_color, format!("Passed over: {first}{more}."));
+    }
+    ui.label("Marks that are there stay, whichever you choose.");
+    ui.add_space(8.0);
+    let mut chosen = false;
+    ui.horizontal(|ui| {
+        let suggest = primary_if(ui, suggested > 0, "Show as suggestions");
+        if suggest.on_hover_text("Points of the last frame, each to be accepted by your hand.").clicked() {
+            commands.push(Command::TakeMarks(read.clone(), false));
+            chosen = true;
+        }
+        let accept = ui.button("Accept all");
+        if accept.on_hover_text("Every point without a mark, landmarks too, in one step.").clicked() {
+            commands.push(Command::TakeMarks(read.clone(), true));
+            chosen = true;
+        }
+        chosen |= ui.button("Cancel").clicked();
+    });
+    chosen
+}
+
 /// Save, discard or cancel; true when one was chosen.
 fn unsaved(ui: &mut egui::Ui, text: &str, [save, discard]: [Command; 2], commands: &mut Vec<Command>) -> bool {
     ui.label(text);
@@ -150,6 +197,11 @@ fn unsaved(ui: &mut egui::Ui, text: &str, [save, discard]: [Command; 2], command
         chosen |= ui.button("Cancel").clicked();
     });
     chosen
+}
+
+/// The button that goes on, grey while that is not possible.
+pub(super) fn primary_if(ui: &mut egui::Ui, possible: bool, label: &str) -> egui::Response {
+    ui.add_enabled_ui(possible, |ui| primary(ui, label)).inner
 }
 
 fn primary(ui: &mut egui::Ui, label: &str) -> egui::Response {
