@@ -1,6 +1,7 @@
 //! Where every feature point that is not marked yet probably went: proposals for a hand, never data.
 
 mod refine;
+pub mod still;
 
 use image::RgbImage;
 use nalgebra::Point2;

@@ -2,8 +2,9 @@
 
 use egui::{Key, Modifiers};
 
-pub use super::action_table::{HELD, TABLE};
+pub use super::action_table::{HOLDS, POINTER, TABLE};
 
+use super::keys::Hold;
 use super::orbit_view::StandardView;
 
 /// Something a person can tell the program to do, without further data.
@@ -109,6 +110,12 @@ pub enum Action {
     Accept,
     /// Take every suggested place that is sure enough.
     AcceptSure,
+    /// Take the suggested still points that move as one head.
+    AcceptStill,
+    /// Snap marks to crossings of the painted grid, or not.
+    Snap,
+    /// Look for the skin of the first frame about the mark.
+    Refine,
     /// Suggest places for points without a mark, or not.
     Suggest,
     /// Remove the mark.
@@ -131,6 +138,8 @@ pub enum Action {
     Nudge(Direction, Step),
     /// Show the keys.
     Keys,
+    /// Give other keys to commands.
+    SetKeys,
     /// Say what this program is.
     About,
 }
@@ -219,6 +228,9 @@ impl Menu {
     }
 }
 
+/// The menus in the order of the key sheet: the first five in its first column.
+pub const SHEET: [Menu; 7] = [Menu::File, Menu::Edit, Menu::View, Menu::Face, Menu::Help, Menu::Point, Menu::Nudge];
+
 /// A key with what is held beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chord {
@@ -268,7 +280,20 @@ pub struct Spec {
     pub menu: Menu,
     /// Whether a line is drawn above it in the menu.
     pub new_group: bool,
-    /// Its keys; the first is shown.
+    /// Its keys, until they are changed; the first is shown.
+    pub keys: &'static [Chord],
+}
+
+/// What acts while a key is held.
+#[derive(Clone, Copy, Debug)]
+pub struct HoldSpec {
+    /// What it does.
+    pub hold: Hold,
+    /// Its name in the dialog of the keys.
+    pub label: &'static str,
+    /// What happens while the key is held.
+    pub tooltip: &'static str,
+    /// Its keys, until they are changed.
     pub keys: &'static [Chord],
 }
 
@@ -282,26 +307,4 @@ impl Action {
     pub fn label(self) -> &'static str {
         self.spec().map_or("", |s| s.label)
     }
-
-    /// The key that is shown for it, if it has one.
-    pub fn key_text(self) -> Option<String> {
-        self.spec().and_then(|s| s.keys.first()).map(|k| k.text())
-    }
-}
-
-/// The actions whose keys were pressed in this pass. `typing`: a text field has the keyboard, so only keys with Ctrl count.
-pub fn pressed(ctx: &egui::Context, typing: bool) -> Vec<Action> {
-    ctx.input(|i| {
-        let mut found = Vec::new();
-        for event in &i.events {
-            let egui::Event::Key { key, pressed: true, modifiers, .. } = event else { continue };
-            for spec in TABLE {
-                let hit = spec.keys.iter().any(|c| c.key == *key && modifiers.matches_exact(c.modifiers));
-                if hit && (!typing || modifiers.command) {
-                    found.push(spec.action);
-                }
-            }
-        }
-        found
-    })
 }

@@ -28,6 +28,8 @@ pub struct ActionState {
     acceptable: bool,
     /// How many suggestions are sure enough, and what that means.
     sure: (usize, f64),
+    /// How many suggested still points move as one head.
+    still: usize,
     role: Option<Role>,
     switches: Switches,
 }
@@ -48,6 +50,7 @@ struct Switches {
     history: bool,
     range_locked: bool,
     suggest: bool,
+    snap: bool,
 }
 
 impl ActionState {
@@ -82,6 +85,7 @@ impl ActionState {
             last_marks: scene.project.features.values().any(|f| f.last.is_some()),
             dark,
             acceptable: suggesting::to_accept(scene, view, asked).is_some(),
+            still: scene.suggested.still.points.len(),
             sure: (points::sure_suggestions(scene, &chosen, least).len(), least),
             selected,
             mark,
@@ -114,6 +118,7 @@ impl ActionState {
                 history: f.side == panels::frames::SideTab::History,
                 range_locked: view.forces.range_is_locked(),
                 suggest: f.suggest.on,
+                snap: f.snap,
             },
         }
     }
@@ -130,8 +135,10 @@ impl ActionState {
             Action::ClearLast => self.last_marks,
             Action::ClearMark | Action::Lock | Action::Occluded => self.mark.is_some(),
             Action::Uncertain => self.in_doubt.is_some(),
+            Action::Refine => self.in_doubt.is_some_and(|s| s != MarkState::Locked) && in_frames,
             Action::Accept => self.acceptable && in_frames,
             // What is hidden is not accepted.
+            Action::AcceptStill => self.still > 0 && in_frames && self.switches.marks,
             Action::AcceptSure => self.sure.0 > 0 && in_frames && self.switches.marks,
             Action::RoleSkin | Action::RoleStill | Action::RoleFixed => self.role.is_some(),
             Action::Nudge(..) => self.selected.is_some() || !in_frames,
@@ -160,6 +167,7 @@ impl ActionState {
             Action::LoupeAlways => s.loupe,
             Action::Clahe => s.clahe,
             Action::Suggest => s.suggest,
+            Action::Snap => s.snap,
             Action::ShowTable => s.table,
             Action::ShowHistory => s.history,
             Action::LockRange => s.range_locked,

@@ -4,7 +4,8 @@
 
 use egui::{Key, Modifiers};
 
-use super::action::{Action, Chord, Direction, Menu, Spec, Step};
+use super::action::{Action, Chord, Direction, HoldSpec, Menu, Spec, Step};
+use super::keys::Hold;
 use super::orbit_view::StandardView;
 
 const fn plain(key: Key) -> Chord {
@@ -132,7 +133,13 @@ pub const TABLE: &[Spec] = &[
         &[plain(Key::Q)],
         "Let the other pane show the same place as the active one.",
     ),
-    row(A::Blink, M::View, "Swap pictures", &[plain(Key::T)], "Show each pane the other's picture. Hold B to blink."),
+    row(
+        A::Blink,
+        M::View,
+        "Swap pictures",
+        &[plain(Key::T)],
+        "Show each pane the other's picture, until it is swapped back.",
+    ),
     group(row(
         A::HideMarks,
         M::View,
@@ -228,7 +235,7 @@ pub const TABLE: &[Spec] = &[
         M::Face,
         "Save face model",
         &[],
-        "Save the face model. In its workspace Ctrl+S does the same.",
+        "Save the face model. In its workspace Save does the same.",
     )),
     row(A::SaveFaceAs, M::Face, "Save face model as…", &[], "Save the face model under another name."),
     group(row(
@@ -275,6 +282,27 @@ pub const TABLE: &[Spec] = &[
         "Accept sure suggestions",
         &[shift(Key::Enter), shift(Key::A)],
         "Take every suggestion that is at least as sure as the guide says, in one step. Can be undone.",
+    ),
+    row(
+        A::AcceptStill,
+        M::Point,
+        "Accept still points",
+        &[shift(Key::S)],
+        "Take the suggestions for still points that are sure and move as one head, in one step. Can be undone.",
+    ),
+    row(
+        A::Refine,
+        M::Point,
+        "Refine place",
+        &[plain(Key::E)],
+        "Put the mark where the skin of the first frame is found about it, or on the crossing of painted lines there. Shows where it was.",
+    ),
+    row(
+        A::Snap,
+        M::Point,
+        "Snap to the grid",
+        &[plain(Key::M)],
+        "Let a mark that is pressed or dropped beside a crossing of painted lines go to the crossing. Alt, or a fine drag with Shift, leaves it to the hand.",
     ),
     row(
         A::Suggest,
@@ -405,20 +433,31 @@ pub const TABLE: &[Spec] = &[
         &[plain(Key::F1), plain(Key::Questionmark), shift(Key::Questionmark)],
         "Show every key.",
     ),
+    row(A::SetKeys, M::Help, "Change keys…", &[], "Give other keys to commands. They are kept for every project."),
     row(A::About, M::Help, "About Frontalis", &[], "What this program is, and its version."),
 ];
 
-/// Keys that are held, not pressed, and what the pointer does; shown on the key sheet beside the table.
-pub const HELD: &[(&str, &str)] = &[
+/// What acts while a key is held.
+pub const HOLDS: &[HoldSpec] = &[
+    HoldSpec {
+        hold: Hold::Blink,
+        label: "Blink",
+        tooltip: "Blink: each pane shows the other's picture",
+        keys: &[plain(Key::B)],
+    },
+    HoldSpec { hold: Hold::Pan, label: "Pan", tooltip: "Pan with the left button", keys: &[plain(Key::Space)] },
+];
+
+/// What the pointer does, and keys that have no other; on the key sheet beside the table.
+pub const POINTER: &[(&str, &str)] = &[
     ("Wheel", "Zoom at the pointer"),
     ("Middle drag", "Pan"),
-    ("Space + drag", "Pan with the left button"),
     ("Press (guided)", "Mark the point asked for, there"),
     ("Ctrl+press (guided)", "Take or move another point"),
     ("Drag a point", "Move it; the loupe shows where"),
     ("Shift while dragging", "Move at a fifth of the speed"),
+    ("Alt while dragging", "Leave the mark where the hand is: no snapping"),
     ("Esc", "Give up the drag; everything is as before"),
-    ("Hold B", "Blink: each pane shows the other's picture"),
     ("Double click beside the points", "Show the whole pictures"),
 ];
 
@@ -443,7 +482,7 @@ mod tests {
     #[test]
     fn keys_that_are_held_are_no_actions() {
         for spec in TABLE {
-            assert!(!spec.keys.contains(&plain(Key::B)) && !spec.keys.contains(&plain(Key::Space)));
+            assert!(HOLDS.iter().all(|h| h.keys.iter().all(|k| !spec.keys.contains(k))));
         }
     }
 }

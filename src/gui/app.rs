@@ -3,16 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::action::{self, Action};
+use super::action::Action;
 use super::action_state::ActionState;
 use super::dialogs::Dialogs;
 use super::face_work::FaceWork;
 use super::jobs::Jobs;
+use super::keys::{self, KeyMap};
 use super::new_frames::NewFrame;
 use super::panels::frames::points;
 use super::pictures::Pictures;
 use super::suggesting::{Status, Suggesting};
-use super::view_state::{ViewState, Workspace};
+use super::view_state::{NoticeKind, ViewState, Workspace};
 use super::{Command, Scene, Stamp, files, panels};
 use crate::face::FaceModel;
 use crate::pipeline::{self, Outcome};
@@ -48,6 +49,9 @@ pub struct App {
     /// Where journals of projects without a file and the list of recent projects are kept, if unsaved work is kept at all.
     pub(super) state_folder: Option<PathBuf>,
     pub(super) recent: Recent,
+    pub(super) keys: Arc<KeyMap>,
+    /// What could not be read at the start, to be told in the first frame.
+    pub(super) to_tell: Option<String>,
 }
 
 /// The project that is open, and its file.
@@ -147,6 +151,8 @@ impl App {
             commands: Vec::new(),
             state_folder: None,
             recent: Recent::default(),
+            keys: Arc::default(),
+            to_tell: None,
         }
     }
 
@@ -160,6 +166,10 @@ impl App {
     #[must_use]
     pub fn with_autosave_in(mut self, state_folder: Option<PathBuf>) -> Self {
         self.recent = Recent::read(state_folder.as_deref());
+        if let Some(folder) = &state_folder {
+            let (keys, bad) = KeyMap::read(folder);
+            (self.keys, self.to_tell) = (Arc::new(keys), bad);
+        }
         self.state_folder = state_folder;
         self.document.autosave = true;
         self.document.journal = Journal::of(self.document.path.as_deref(), self.state_folder.as_deref());
@@ -230,6 +240,10 @@ impl App {
     /// One frame of the window.
     pub fn frame(&mut self, ui: &mut egui::Ui) {
         let ctx = ui.ctx().clone();
+        keys::install(&ctx, &self.keys);
+        if let Some(text) = self.to_tell.take() {
+            self.tell(NoticeKind::Refused, text, &ctx);
+        }
         self.listen(&ctx);
         self.show(ui);
         self.run_commands(&ctx);
@@ -243,7 +257,7 @@ impl App {
     fn listen(&mut self, ctx: &egui::Context) {
         if self.view.modal.is_none() && self.view.palette.is_none() && !ctx.any_popup_open() {
             let state = self.action_state(ctx);
-            let pressed = action::pressed(ctx, ctx.text_edit_focused());
+            let pressed = self.keys.pressed(ctx, ctx.text_edit_focused());
             let possible = pressed.into_iter().filter(|a| state.can(*a));
             // Keys that speak to a widget with the keyboard focus are left to it.
             let in_frames = self.view.workspace == Workspace::Frames;

@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::action::Action;
+use super::action::{Action, Chord};
 use super::dialogs::Purpose;
 use super::film_work::Looking;
 use super::import_marks::ReadMarks;
+use super::keys::Bound;
 use super::modal::Modal;
 use super::new_frames::NewFrame;
 use super::rescue::Rescue;
@@ -54,6 +55,10 @@ pub enum Command {
     TakeMarks(ReadMarks, bool),
     /// Files were dropped on the window, on a pane of the frames or elsewhere.
     Dropped(Vec<PathBuf>, Option<Which>),
+    /// Give these keys to it, and take them from whatever has them.
+    BindKeys(Bound, Vec<Chord>),
+    /// Put every key back.
+    ResetKeys,
     /// Show a dialog in the window.
     Show(Modal),
     /// Close the dialog.

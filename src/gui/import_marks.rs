@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::Command;
 use super::app::App;
 use super::jobs::{About, Finished};
 use super::modal::Modal;
 use super::pictures::file_name;
 use super::view_state::NoticeKind;
+use super::{Action, Command};
 use crate::import::{self, Import};
 
 /// Marks that were read, until the person has said what becomes of them.
@@ -49,10 +49,9 @@ impl App {
             format!("{count} points of {} are marks now. Undo takes all of them back.", read.name)
         } else {
             let count = self.suggesting.import(read.import.points.iter().filter_map(import::Imported::suggestion));
-            format!(
-                "{count} points of {} are suggested now. Enter accepts one, Shift+Enter all that are sure.",
-                read.name
-            )
+            let key = |action| self.keys.text(action).unwrap_or_else(|| action.label().to_owned());
+            let (one, all) = (key(Action::Accept), key(Action::AcceptSure));
+            format!("{count} points of {} are suggested now. {one} accepts one, {all} all that are sure.", read.name)
         };
         self.tell(NoticeKind::Done, text, ctx);
     }

@@ -67,8 +67,8 @@ pub enum Finished {
     Suggested(Answer),
     /// Results were written into this folder, or not.
     Exported(Result<PathBuf, String>),
-    /// The work ended without an answer.
-    Died(String),
+    /// The work ended without an answer: what waited for it, and a line about it.
+    Died(About, String),
 }
 
 /// Shared between a job and the window.
@@ -173,7 +173,10 @@ impl Jobs {
             Ok(thread) => {
                 self.running.push(Job { id, name, about, progress, began: Instant::now(), thread: Some(thread) });
             }
-            Err(e) => _ = self.sender.send((id, Finished::Died(format!("{name}: no thread could be started ({e})")))),
+            Err(e) => {
+                let why = format!("{name}: no thread could be started ({e})");
+                _ = self.sender.send((id, Finished::Died(about, why)));
+            }
         }
     }
 
@@ -207,8 +210,8 @@ impl Jobs {
             let mut job = self.running.remove(at);
             let failed = job.thread.take().is_some_and(|t| t.join().is_err());
             if failed {
-                answers
-                    .push((job.id, Finished::Died(format!("{} stopped unexpectedly; nothing was changed", job.name))));
+                let why = format!("{} stopped unexpectedly; nothing was changed", job.name);
+                answers.push((job.id, Finished::Died(job.about, why)));
             }
         }
         answers.into_iter().map(|(_, answer)| answer).collect()
@@ -234,13 +237,16 @@ mod tests {
         jobs.start(&ctx, "Breaking", About::Person, |_| panic!("on purpose"));
         jobs.wait();
         let answers = jobs.poll();
-        assert!(matches!(&answers[..], [Finished::Died(text)] if text.starts_with("Breaking stopped")), "{answers:?}");
+        assert!(
+            matches!(&answers[..], [Finished::Died(About::Person, text)] if text.starts_with("Breaking stopped")),
+            "{answers:?}"
+        );
         assert!(jobs.running().is_empty());
 
         let (open, gate) = channel::<()>();
         jobs.start(&ctx, "Waiting", About::Picture(Which::Last), move |p| {
             gate.recv().ok();
-            (!p.is_cancelled()).then(|| Finished::Died("not cancelled".into()))
+            (!p.is_cancelled()).then(|| Finished::Died(About::Person, "not cancelled".into()))
         });
         let id = jobs.running()[0].id;
         assert_eq!(jobs.cancel(id), Some(About::Picture(Which::Last)));

@@ -7,6 +7,7 @@ use super::dialogs::Purpose;
 use super::import_marks::ReadMarks;
 use super::new_frames::NewFrame;
 use super::panels::film_strip::FilmView;
+use super::panels::key_settings::KeysView;
 use super::rescue::Rescue;
 
 /// Which dialog is open, with what has been typed into it.
@@ -58,6 +59,8 @@ pub enum Modal {
     },
     /// Every key.
     Keys,
+    /// Giving other keys to commands.
+    SetKeys(KeysView),
     /// What this program is.
     About,
 }

@@ -7,6 +7,7 @@ use egui::{Pos2, Rect, Vec2};
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 
 use super::action::{Action, Direction as Way};
+use super::keys::{self, Hold};
 use super::wheel;
 
 /// Where the eye stands and how large it sees. `None` in the two last fields means "so that everything fits".
@@ -182,10 +183,8 @@ impl OrbitView {
 
     /// Turns, shifts and zooms the view under the hand; a double click goes `home`.
     pub fn steer(&mut self, ui: &egui::Ui, response: &egui::Response, home: Self, fit: &dyn Fn(&Self) -> Projection) {
-        let (pan_key, delta, pointer) = ui.input(|i| {
-            let pan_key = i.modifiers.shift || i.key_down(egui::Key::Space);
-            (pan_key, i.pointer.delta(), i.pointer.hover_pos())
-        });
+        let (shift, delta, pointer) = ui.input(|i| (i.modifiers.shift, i.pointer.delta(), i.pointer.hover_pos()));
+        let pan_key = shift || keys::is_held(ui.ctx(), Hold::Pan);
         // The last motion and the release can come in one frame.
         let drag = if response.drag_delta() == Vec2::ZERO { delta } else { response.drag_delta() };
         if (response.dragged() || response.drag_stopped()) && drag != Vec2::ZERO {

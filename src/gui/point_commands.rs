@@ -1,7 +1,8 @@
 //! What the commands of the selected point do: clear it, say what it is worth, nudge it.
 
-use super::action::{Direction, Step};
+use super::action::{Action, Direction, Step, TABLE};
 use super::app::App;
+use super::keys::Bound;
 use super::panels::frames::points;
 use crate::project::{Edit, MarkState, PointId, Role, edit};
 
@@ -21,6 +22,12 @@ impl App {
         if let Some(v) = self.view.focus.selected_vertex() {
             self.edit(&Edit::SetRole(v, role), ctx);
         }
+    }
+
+    /// Whether a key that nudges is held down still.
+    pub(super) fn nudge_key_is_down(&self, ctx: &egui::Context) -> bool {
+        let nudges = || TABLE.iter().map(|s| s.action).filter(|a| matches!(a, Action::Nudge(..)));
+        ctx.input(|i| nudges().any(|a| self.keys.is_down(i, Bound::Press(a))))
     }
 
     pub(super) fn nudge(&mut self, direction: Direction, step: Step, ctx: &egui::Context) {

@@ -1,16 +1,20 @@
 //! The one place that acts: runs what the panels have asked for.
 
+use std::sync::Arc;
+
 use super::action::Action;
 use super::app::App;
 use super::command::After;
 use super::dialogs::{Answer, Purpose};
 use super::jobs::{About, Finished};
+use super::keys::KeyMap;
 use super::modal::Modal;
 use super::panels::frames::{SideTab, Tool, toolbar};
+use super::panels::key_settings::KeysView;
 use super::panels::palette::PaletteView;
 use super::pictures::Source;
 use super::view_state::{Notice, NoticeKind, Workspace};
-use super::{Command, pictures};
+use super::{Command, keys, pictures};
 use crate::frames::Adjustment;
 use crate::project::{Edit, FrameRef, MarkState, Role, paths};
 
@@ -29,8 +33,7 @@ impl App {
                 self.run(command, ctx);
             }
         }
-        let arrows = [egui::Key::ArrowLeft, egui::Key::ArrowRight, egui::Key::ArrowUp, egui::Key::ArrowDown];
-        if self.document.nudging && !ctx.input(|i| arrows.iter().any(|k| i.key_down(*k))) {
+        if self.document.nudging && !self.nudge_key_is_down(ctx) {
             self.document.nudging = false;
             self.document.history.commit_gesture();
         }
@@ -68,6 +71,8 @@ impl App {
             Command::TakeMarks(read, accept) => self.take_marks(&read, accept, ctx),
             Command::UseFilmFrames(looking, frames) => self.use_film_frames(&looking, frames, ctx),
             Command::Dropped(paths, over) => self.dropped(paths, over, ctx),
+            Command::BindKeys(of, keys) => self.change_keys(|map| map.set(of, keys), ctx),
+            Command::ResetKeys => self.change_keys(KeyMap::reset, ctx),
             Command::Show(modal) => self.view.modal = Some(modal),
             Command::CloseModal => self.view.modal = None,
             Command::Proceed(after) => self.proceed(after, ctx),
@@ -89,21 +94,39 @@ impl App {
         }
     }
 
+    /// Changes keys, here and for the windows to come.
+    fn change_keys(&mut self, change: impl FnOnce(&mut KeyMap), ctx: &egui::Context) {
+        change(Arc::make_mut(&mut self.keys));
+        keys::install(ctx, &self.keys);
+        if let Some(folder) = &self.state_folder
+            && let Err(why) = self.keys.write(folder)
+        {
+            self.tell(NoticeKind::Refused, format!("The keys hold for this window only. {why}"), ctx);
+        }
+    }
+
     /// Stops a long work, and what waits for it.
     fn stop(&mut self, id: u64) {
-        match self.jobs.cancel(id) {
-            Some(About::Picture(which)) => {
+        if let Some(about) = self.jobs.cancel(id) {
+            self.give_up(about);
+        }
+    }
+
+    /// Lets go of what waits for a work that brings nothing back.
+    fn give_up(&mut self, about: About) {
+        match about {
+            About::Picture(which) => {
                 self.view.frames.panes[which as usize].adjustment = self.pictures.stopped(which);
             }
-            Some(About::Preparation(which)) => {
+            About::Preparation(which) => {
                 let sha256 = self.pictures.get(which).source().map(|(_, sha256)| sha256.to_owned());
                 self.suggesting.preparation_stopped(which, &sha256.unwrap_or_default());
             }
-            Some(About::Suggestions) => {
+            About::Suggestions => {
                 self.suggesting.stopped();
                 self.view.frames.suggest.on = false;
             }
-            Some(About::Person) | None => {}
+            About::Person => {}
         }
     }
 
@@ -209,12 +232,16 @@ impl App {
             Action::ToolLandmarks => self.start_tool(Tool::Landmarks),
             Action::ToolFeatures => self.start_tool(Tool::Features),
             Action::Keys => self.view.modal = Some(Modal::Keys),
+            Action::SetKeys => self.view.modal = Some(Modal::SetKeys(KeysView::default())),
             Action::About => self.view.modal = Some(Modal::About),
             Action::ClearLast => self.in_step_with_guide(|app| app.edit(&Edit::ClearLast, ctx)),
             Action::Next => self.step_point(true, ctx),
             Action::Previous => self.step_point(false, ctx),
             Action::Accept => self.accept(ctx),
             Action::AcceptSure => self.accept_sure(ctx),
+            Action::AcceptStill => self.accept_still(ctx),
+            Action::Refine => self.refine(ctx),
+            Action::Snap => frames.snap = !frames.snap,
             Action::Suggest => {
                 frames.suggest.on = !frames.suggest.on;
                 self.suggesting.retry();
@@ -297,7 +324,13 @@ impl App {
                 self.tell(NoticeKind::Done, format!("The results are in {}.", folder.display()), ctx);
             }
             Finished::Exported(Err(why)) => self.fail("The results cannot be written", why),
-            Finished::Died(what) => self.fail("Something went wrong", what),
+            Finished::Died(about, what) => {
+                // Work on the suggestions is not begun again by itself, to break again.
+                if matches!(about, About::Preparation(_) | About::Suggestions) {
+                    self.give_up(about);
+                }
+                self.fail("Something went wrong", what);
+            }
         }
     }
 }

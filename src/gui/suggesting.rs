@@ -14,6 +14,7 @@ use crate::marking::Gray;
 use crate::marking::tracking::Prepared;
 use crate::project::edit::Accepted;
 use crate::project::{Edit, MarkState, PointId, Role, Which};
+use crate::suggest::still::{self, StillProposal};
 use crate::suggest::{self, Suggestion};
 
 /// So long nothing may change before places are asked for anew, s: a hand that marks quickly is not interrupted.
@@ -27,6 +28,9 @@ pub const UNCERTAIN_BELOW: f64 = 0.5;
 
 /// Largest picture that is prepared, million px: a prepared one takes 9 bytes a pixel.
 const MOST_MEGAPIXELS: f64 = 40.0;
+
+/// Largest face whose points are looked for: every point is led by those near it, and the time grows with the square of their number.
+const MOST_VERTICES: usize = 5000;
 
 /// How suggestions are used.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +56,10 @@ pub struct Suggested {
     imported: BTreeMap<u32, Suggestion>,
     /// What is to be said of them.
     pub status: Status,
+    /// Which of the suggestions for still points move as one head.
+    pub still: StillProposal,
+    /// The frames that are shown, prepared for finding points in them.
+    prepared: [Option<Arc<Prepared>>; 2],
 }
 
 /// What is to be said of the suggestions.
@@ -71,6 +79,11 @@ pub enum Status {
 }
 
 impl Suggested {
+    /// A frame prepared for finding points in it, once it is.
+    pub fn prepared(&self, which: Which) -> Option<&Arc<Prepared>> {
+        self.prepared[which as usize].as_ref()
+    }
+
     /// The suggestion for a vertex that lies here in the first frame.
     pub fn of(&self, vertex: u32, first: Point2<f64>) -> Option<&Suggestion> {
         if let Some(imported) = self.imported.get(&vertex) {
@@ -125,6 +138,9 @@ pub(super) struct Suggesting {
     changed_at: f64,
     answered: Option<Question>,
     looking: bool,
+    /// What the proposal of still points was made of: the outcome, the number of the answer, the least confidence.
+    still_of: Option<(u64, u64, u64)>,
+    answers: u64,
 }
 
 impl Suggesting {
@@ -149,10 +165,14 @@ impl Suggesting {
         self.ready[which as usize] = Some(result);
     }
 
-    /// Takes places that were found. They hold for the skin that was asked for, whatever was marked meanwhile.
+    /// Takes places that were found. They hold for the skin that was asked for, whatever was marked meanwhile, and for these pictures.
     pub(super) fn take(&mut self, answer: Answer) {
         self.looking = false;
+        self.answers += 1;
         let Answer { question, found } = answer;
+        if self.now.as_ref().is_none_or(|now| now.pictures != question.pictures) {
+            return;
+        }
         let first = |v: u32| question.first.get(v as usize).copied();
         self.shown.places = found.into_iter().filter_map(|s| Some((s.vertex, (s, first(s.vertex)?)))).collect();
         self.answered = Some(question);
@@ -190,8 +210,8 @@ impl Suggesting {
 
     fn hush(&mut self, status: Status) {
         if self.shown.status != status || !self.shown.places.is_empty() {
-            let imported = std::mem::take(&mut self.shown.imported);
-            self.shown = Suggested { imported, status, ..Suggested::default() };
+            (self.shown.status, self.shown.places) = (status, BTreeMap::new());
+            (self.shown.still, self.still_of) = (StillProposal::default(), None);
             self.answered = None;
         }
     }
@@ -204,12 +224,16 @@ impl App {
             .map(|which| self.pictures.get(which).source().map(|(source, sha256)| (source.clone(), sha256.to_owned())));
         let wanted = self.view.frames.suggest.on;
         let missing = self.missing_for_suggestions(&pictures);
-        if wanted && missing.is_none() {
+        if wanted && missing.is_none() || self.snapping_needs_pictures() {
             for (which, picture) in [Which::First, Which::Last].into_iter().zip(&pictures) {
                 if let Some((source, sha256)) = picture {
                     self.prepare(which, source, sha256, ctx);
                 }
             }
+        }
+        for (which, picture) in [Which::First, Which::Last].into_iter().zip(&pictures) {
+            let sha256 = picture.as_ref().map_or("", |(_, sha256)| sha256);
+            self.suggesting.shown.prepared[which as usize] = self.suggesting.prepared(which, sha256).cloned();
         }
         match (wanted, missing) {
             (false, _) => return self.suggesting.hush(Status::Off),
@@ -223,6 +247,37 @@ impl App {
             return self.suggesting.hush(status);
         }
         self.ask(&[first.clone(), last.clone()], ctx);
+        self.propose_still();
+    }
+
+    /// Says which of the suggestions for still points move as one head, when anything that it follows from has changed.
+    fn propose_still(&mut self) {
+        let least = self.view.frames.suggest.least;
+        let of = Some((self.stamp.outcome, self.suggesting.answers, least.to_bits()));
+        if self.suggesting.still_of == of {
+            return;
+        }
+        let scene = self.scene();
+        let still = |v: &u32| points::kind_of(scene, *v) == points::Kind::Still;
+        let candidates: Vec<Suggestion> = (0..scene.face.mesh().len() as u32)
+            .filter(still)
+            .filter_map(|v| points::suggestion(scene, v))
+            .copied()
+            .collect();
+        let proposal = still::propose(scene.project, scene.outcome, &candidates, least);
+        (self.suggesting.shown.still, self.suggesting.still_of) = (proposal, of);
+    }
+
+    /// Accepts the still points that move as one head, in one step.
+    pub(super) fn accept_still(&mut self, ctx: &egui::Context) {
+        let places: Vec<Accepted> = self.suggesting.shown.still.points.iter().map(|s| accepted(s, true)).collect();
+        if places.is_empty() {
+            return;
+        }
+        let count = places.len();
+        self.in_step_with_guide(|app| app.edit(&Edit::Accept(places), ctx));
+        let text = format!("{count} still points are marked. Undo takes all of them back.");
+        self.tell(super::view_state::NoticeKind::Done, text, ctx);
     }
 
     /// What is missing before anything can be suggested: a few words.
@@ -233,6 +288,8 @@ impl App {
             Some("Needs both frames.")
         } else if scene.project.landmarks.len() < points::LANDMARKS_TO_PREDICT {
             Some("Needs landmarks.")
+        } else if scene.face.mesh().len() > MOST_VERTICES {
+            Some("Only for faces of at most 5000 vertices.")
         } else if !points::chosen_vertices(scene, &self.view.frames.regions).iter().any(open) {
             Some("Every chosen point is marked.")
         } else {
@@ -256,6 +313,10 @@ impl App {
 
     /// Asks for places, once nothing has changed for a moment.
     fn ask(&mut self, pictures: &[String; 2], ctx: &egui::Context) {
+        // A hand in motion is not interrupted.
+        if self.document.history.in_gesture() {
+            return;
+        }
         let time = ctx.input(|i| i.time);
         let stamp = self.stamp.outcome;
         let s = &mut self.suggesting;
@@ -267,6 +328,9 @@ impl App {
                 known: self.document.history.project().features.iter().filter_map(mark).collect(),
             };
             s.read_at = Some(stamp);
+            if s.now.as_ref().is_none_or(|q| q.pictures != question.pictures) {
+                s.shown.places.clear();
+            }
             if s.now.as_ref() != Some(&question) {
                 // The first question is asked at once.
                 s.changed_at = if s.now.is_none() { f64::NEG_INFINITY } else { time };
@@ -279,7 +343,7 @@ impl App {
         }
         s.shown.status = Status::Looking;
         let wait = s.changed_at + PAUSE_S - time;
-        if s.looking || self.document.history.in_gesture() {
+        if s.looking {
             return;
         }
         if wait > 0.0 {

@@ -1,11 +1,13 @@
 //! What the chain makes of a project: every number that the window draws and the files hold.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Point2, Point3, Vector3};
 
 use crate::camera::{Camera, HeadMotion};
 use crate::displacement::VertexState;
 use crate::face::FaceModel;
-use crate::project::PointId;
+use crate::project::{PointId, Project};
 
 /// The result of the whole chain for one project. Every list over vertices has one item a vertex of the face.
 #[derive(Clone, Debug, PartialEq)]
@@ -234,6 +236,27 @@ impl Outcome {
             *value = value.filter(|_| !border);
         }
         values
+    }
+
+    /// How far each marked still point lies from where the head's motion puts it, px, by vertex; none where no motion was removed.
+    pub fn still_residuals_px(&self, project: &Project) -> BTreeMap<u32, f64> {
+        let vertices = super::stages::still_marks(project, self.first.len()).map(|(v, _)| v as u32);
+        if self.head.still_points == 0 {
+            return BTreeMap::new();
+        }
+        vertices.zip(self.head.residuals_px.iter().copied()).collect()
+    }
+
+    /// What the noise floor is worth in force: the median standard error of the forces that speak for the field if every mark erred by
+    /// what the still points scatter, N or relative. Errors of forces grow in proportion to those of marks. Absent without a noise floor,
+    /// without forces, and where no marking error is stated.
+    pub fn noise_floor_force(&self, marking_sigma_px: f64) -> Option<f64> {
+        let speaks = self.speaks();
+        let mut sigmas: Vec<f64> =
+            self.field.sigma.iter().zip(&speaks).filter(|(_, speaks)| **speaks).map(|(s, _)| *s).collect();
+        sigmas.sort_unstable_by(f64::total_cmp);
+        let median = sigmas.get(sigmas.len() / 2)?;
+        (marking_sigma_px > 0.0).then_some(median * self.head.noise_floor_px? / marking_sigma_px)
     }
 
     /// "N" or "relative".

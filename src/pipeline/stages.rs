@@ -146,7 +146,7 @@ pub(super) fn pinned_in_first_frame(
 }
 
 /// Vertices and marks that say how the head moved.
-fn still_marks(project: &Project, vertices: usize) -> impl Iterator<Item = (usize, &Mark)> {
+pub(super) fn still_marks(project: &Project, vertices: usize) -> impl Iterator<Item = (usize, &Mark)> {
     let still = project.features.iter().filter(|(_, f)| f.role == Role::Still);
     let marked = still.filter_map(|(&v, f)| Some((v as usize, f.last.as_ref().filter(|m| m.state.is_data())?)));
     marked.filter(move |(v, _)| *v < vertices)

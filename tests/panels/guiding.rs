@@ -304,3 +304,18 @@ fn an_empty_project_lights_up_nothing_under_the_pointer() {
         assert_eq!(window.state().view().focus.hovered(), None);
     }
 }
+
+#[test]
+fn the_buttons_of_the_guide_stay_under_the_pointer_whatever_is_said_above_or_below_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let face = frontalis::face::generic();
+    let mut window = open(project(folder.path(), &face, true), SIZE, true, Person::default());
+    keys(&mut window, Modifiers::COMMAND, Key::L);
+    let place = |w: &Window| ["Back", "Skip"].map(|b| w.get_by_role_and_label(egui::Role::Button, b).rect());
+    let mut before = None;
+    for l in face.landmarks() {
+        window.state_mut().push(frontalis::gui::Command::Select(Some(PointId::Landmark(l.id.clone()))));
+        window.run_steps(2);
+        assert_eq!(*before.get_or_insert(place(&window)), place(&window), "{}", l.name);
+    }
+}

@@ -5,7 +5,7 @@ use frontalis::gui::modal::Modal;
 use frontalis::gui::new_frames::NewFrame;
 use frontalis::gui::panels::frames::{SideTab, Tool};
 use frontalis::gui::panels::palette::PaletteView;
-use frontalis::project::{PointId, Project, Which};
+use frontalis::project::{PointId, Project, Role, Which};
 
 use crate::stage::{Person, Window, open, project, settle};
 
@@ -90,6 +90,13 @@ const VIEWS: &[View] = &[
     }),
     ("palette", [760.0, 520.0], true, |w| w.state_mut().view_mut().palette = Some(PaletteView::default())),
     ("keys", [760.0, 820.0], true, |w| w.state_mut().view_mut().modal = Some(Modal::Keys)),
+    ("key_settings", [760.0, 620.0], true, |w| {
+        w.state_mut().push(frontalis::gui::Command::Do(frontalis::gui::Action::SetKeys));
+        w.run_steps(3);
+        egui_kittest::kittest::Queryable::get_by_label(w, "Add a key to Save").click_accesskit();
+        w.run_steps(2);
+        crate::stage::keys(w, egui::Modifiers::COMMAND, egui::Key::Z);
+    }),
     ("guide_end", [1000.0, 640.0], true, |w| {
         w.ctx.all_styles_mut(|style| style.animation_time = 0.0);
         let v = frontalis::face::generic().region("brows")[3];
@@ -131,6 +138,25 @@ fn every_panel_looks_as_it_did() {
     }
 }
 
+/// Takes the marks of all skin that may move away: suggestions come instead.
+fn unmark_skin(w: &mut Window) {
+    let skin: Vec<_> =
+        w.state().project().features.iter().filter(|(_, f)| f.role == Role::Skin).map(|(v, _)| *v).collect();
+    let edits = skin.into_iter().map(|v| frontalis::project::Edit::Clear(PointId::FeatureLast(v))).collect();
+    w.state_mut().push(frontalis::gui::Command::Edits(edits));
+    settle(w);
+}
+
+fn look_at_forehead(w: &mut Window, zoom: f64) {
+    let v = frontalis::face::generic().region("forehead")[0];
+    let at = w.state().outcome().first_in_image[v as usize];
+    for pane in &mut w.state_mut().view_mut().frames.panes {
+        pane.view.fitted = false;
+        (pane.view.zoom, pane.view.centre_in_image) = (zoom, [at.x, at.y]);
+    }
+    w.run_steps(2);
+}
+
 /// The pictures of the documents, made anew: `cargo test --test panels docs_images -- --ignored`.
 #[test]
 #[ignore = "writes docs/images; run it when the window has changed"]
@@ -139,7 +165,30 @@ fn docs_images() {
     assert!(can_draw(), "the pictures of the documents need a graphics driver");
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
     std::fs::create_dir_all(&folder).unwrap();
-    let scenes: [Scene; 5] = [
+    let scenes: [Scene; 7] = [
+        ("suggestions-dark", true, |w| {
+            unmark_skin(w);
+            look_at_forehead(w, 2.2);
+        }),
+        ("snapping-dark", true, |w| {
+            unmark_skin(w);
+            look_at_forehead(w, 5.0);
+            let v = frontalis::face::generic().region("forehead")[0];
+            w.state_mut().push(frontalis::gui::Command::Select(Some(PointId::FeatureFirst(v))));
+            settle(w);
+            let first = w.state().outcome().first_in_image[v as usize];
+            let from = crate::stage::on_screen(w, Which::First, [first.x, first.y]);
+            let crossing = crate::snapping::crossing_near(v);
+            let to = crate::stage::on_screen(w, Which::First, [crossing.x + 1.6, crossing.y - 1.4]);
+            w.hover_at(from);
+            w.step();
+            w.drag_at(from);
+            w.step();
+            w.hover_at(from + (to - from) * 0.5);
+            w.step();
+            w.hover_at(to);
+            w.step();
+        }),
         ("face-dark", true, |w| {
             let view = w.state_mut().view_mut();
             view.workspace = frontalis::gui::Workspace::Face;

@@ -79,6 +79,19 @@ fn one_key_accepts_a_suggestion_and_goes_to_the_next() {
 }
 
 #[test]
+fn with_nothing_selected_the_key_accepts_the_suggestion_under_the_pointer() {
+    let mut window = window();
+    let (v, at, _) = suggested(&window)[9];
+    let place = on_screen(&window, Which::Last, at);
+    window.hover_at(place);
+    window.run_steps(3);
+    let v = window.state().view().focus.hovered().unwrap_or(v);
+    key(&mut window, Key::A);
+    assert!(mark(&window, v).is_some());
+    assert_eq!(window.state().steps().len(), 1);
+}
+
+#[test]
 fn all_that_are_sure_are_accepted_in_one_step_and_taken_back_in_one() {
     let mut window = window();
     window.state_mut().view_mut().frames.suggest.least = 0.8;
@@ -173,4 +186,54 @@ fn marks_of_a_file_are_suggested_or_accepted_as_the_person_says() {
             assert_eq!((place, confidence), (at, 1.0));
         }
     }
+}
+
+#[test]
+fn still_points_are_proposed_and_give_the_motion_of_the_head_and_the_noise_floor() {
+    use frontalis::gui::panels::frames::SideTab;
+    let mut project = sample::project().unwrap();
+    let truth = frontalis::pipeline::solve(
+        &project,
+        &frontalis::face::generic(),
+        [1036; 2],
+        &mut frontalis::pipeline::Workspace::default(),
+    )
+    .head;
+    project.features.clear();
+    let mut window = open(project, [1280.0, 1100.0], true, Person::default());
+    assert_eq!(window.state().outcome().head.still_points, 0);
+    window.get_by_label_contains("still points that move as one").click();
+    window.run_steps(3);
+    assert_eq!(window.state().steps().len(), 1);
+    let features = &window.state().project().features;
+    assert!(features.len() >= 4 && features.values().all(|f| f.role == Role::Still && f.last.is_some()));
+    // The head's motion of the sample is known from its own marks.
+    let head = &window.state().outcome().head;
+    let off = head.motion.last_from_first(&nalgebra::Point3::origin())
+        - truth.motion.last_from_first(&nalgebra::Point3::origin());
+    assert!(off.xy().norm() < 0.3, "{off:?} mm");
+    assert!(head.noise_floor_px.unwrap() < 0.6);
+    // With a forehead marked there is a force to compare the noise with.
+    window.state_mut().push(Command::Do(frontalis::gui::Action::AcceptSure));
+    settle(&mut window);
+    settle(&mut window);
+    window.state_mut().push(Command::Do(frontalis::gui::Action::AcceptSure));
+    window.state_mut().view_mut().frames.side = SideTab::Results;
+    window.run_steps(3);
+    window.get_by_label("Turn about x, y, z");
+    window.get_by_label("Noise floor in force");
+    let floor = window.state().outcome().noise_floor_force(1.0).unwrap();
+    assert!(floor > 0.0 && floor.is_finite());
+    // The table: a click on the title brings the still point that fits worst to the top.
+    // The tab of the table, not the row of the guide.
+    let tab = window.query_all_by_label("Still points").max_by(|a, b| a.rect().top().total_cmp(&b.rect().top()));
+    tab.unwrap().click();
+    window.get_by_label("Sort by Residual px").click();
+    window.run_steps(3);
+    let residuals = window.state().outcome().still_residuals_px(window.state().project());
+    let (worst, _) = residuals.iter().max_by(|a, b| a.1.total_cmp(b.1)).unwrap();
+    let rows: Vec<_> =
+        window.query_all_by_label_contains("Row still point").map(|n| (n.rect().top(), format!("{n:?}"))).collect();
+    let top = rows.iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+    assert!(top.1.contains(&format!("Row still point {worst},")), "{} {worst}", top.1);
 }

@@ -4,6 +4,7 @@ use egui::containers::menu::MenuBar;
 
 use crate::gui::action::{Menu, Spec, TABLE};
 use crate::gui::action_state::ActionState;
+use crate::gui::keys;
 use crate::gui::pictures::file_name;
 use crate::gui::theme;
 use crate::gui::view_state::Workspace;
@@ -61,7 +62,7 @@ fn entry(ui: &mut egui::Ui, spec: &Spec, state: &ActionState, commands: &mut Vec
     if spec.new_group {
         ui.separator();
     }
-    let key = spec.keys.first().map(|k| k.text()).unwrap_or_default();
+    let key = keys::of(ui.ctx()).text(spec.action).unwrap_or_default();
     let button = match state.on(spec.action) {
         Some(on) => egui::Button::selectable(on, state.label(spec.action)),
         None => egui::Button::new(state.label(spec.action)).frame_when_inactive(false),

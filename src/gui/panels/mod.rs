@@ -5,6 +5,8 @@ pub mod film_strip;
 pub mod forces;
 pub mod frames;
 pub mod history;
+pub mod key_settings;
+pub mod key_sheet;
 pub mod menu;
 pub mod modals;
 pub mod palette;

@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use egui::{Id, RichText};
 
-use super::film_strip;
-use crate::gui::action::{HELD, Menu, TABLE};
+use super::{film_strip, key_settings, key_sheet};
 use crate::gui::dialogs::Purpose;
 use crate::gui::import_marks::ReadMarks;
 use crate::gui::modal::Modal;
@@ -17,10 +16,13 @@ use crate::project::FrameRef;
 /// Shows the open dialog; false when it is to be closed.
 pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>) -> bool {
     let mut close = false;
+    // Esc may be for a key that is waited for.
+    let waited = matches!(modal, Modal::SetKeys(view) if key_settings::waits_for_key(view));
     let shown = egui::Modal::new(Id::unique("modal")).frame(theme::dialog_frame(&ctx.global_style())).show(ctx, |ui| {
         ui.set_width(match modal {
             Modal::Keys => 700.0,
             Modal::Film(_) => (ctx.content_rect().width() - 80.0).clamp(440.0, 1240.0),
+            Modal::SetKeys(_) => 620.0,
             _ => 440.0,
         });
         ui.label(RichText::new(title(modal)).heading().strong());
@@ -79,7 +81,8 @@ pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>)
             Modal::Path { purpose, typed, focused } => path(ui, purpose, typed, focused, commands),
             Modal::Marks(read) => marks(ui, read, commands),
             Modal::Film(view) => film_strip::show(ui, view, commands),
-            Modal::Keys => keys(ui),
+            Modal::Keys => key_sheet::show(ui, commands),
+            Modal::SetKeys(view) => key_settings::show(ui, view, commands),
             Modal::About => about(ui),
         };
     });
@@ -91,6 +94,7 @@ pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>)
         Modal::Film(_) => ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, egui::Key::Escape)),
         // Nor is a path that is half typed thrown away by one.
         Modal::Path { .. } => ctx.input_mut(|i| i.consume_key(egui::Modifiers::NONE, egui::Key::Escape)),
+        Modal::SetKeys(_) if waited => false,
         _ => shown.should_close(),
     };
     let closed = close || leave;
@@ -114,6 +118,7 @@ fn title(modal: &Modal) -> &str {
         Modal::Marks(_) => "Import marks",
         Modal::Film(_) => "First and last frame",
         Modal::Keys => "Keys",
+        Modal::SetKeys(_) => "Change keys",
         Modal::About => "Frontalis",
     }
 }
@@ -261,48 +266,6 @@ fn path(
         close |= ui.button("Cancel").clicked();
     });
     close
-}
-
-/// Every key, in two columns, from the table.
-fn keys(ui: &mut egui::Ui) -> bool {
-    egui::ScrollArea::vertical().max_height(ui.ctx().content_rect().height() - 180.0).show(ui, |ui| {
-        ui.columns(2, |columns| {
-            let line = |ui: &mut egui::Ui, key: &str, what: &str| {
-                ui.spacing_mut().item_spacing.y = 1.0;
-                ui.spacing_mut().interact_size.y = 16.0;
-                ui.horizontal(|ui| {
-                    ui.allocate_ui_with_layout(
-                        egui::vec2(150.0, 16.0),
-                        egui::Layout::left_to_right(egui::Align::Center),
-                        |ui| {
-                            ui.set_min_width(150.0);
-                            ui.label(RichText::new(key).monospace().size(11.0));
-                        },
-                    );
-                    ui.add(egui::Label::new(what).wrap());
-                });
-            };
-            for (i, menu) in [Menu::File, Menu::Edit, Menu::View, Menu::Face, Menu::Help, Menu::Point, Menu::Nudge]
-                .into_iter()
-                .enumerate()
-            {
-                let ui = &mut columns[usize::from(i > 4)];
-                ui.label(RichText::new(menu.title()).strong());
-                for spec in TABLE.iter().filter(|s| s.menu == menu && !s.keys.is_empty()) {
-                    let keys: Vec<String> = spec.keys.iter().take(2).map(|k| k.text()).collect();
-                    line(ui, &keys.join("  "), spec.label);
-                }
-                ui.add_space(8.0);
-            }
-            let ui = &mut columns[1];
-            ui.label(RichText::new("On a frame").strong());
-            for (key, what) in HELD {
-                line(ui, key, what);
-            }
-        });
-    });
-    ui.add_space(6.0);
-    ui.button("Close").clicked()
 }
 
 fn about(ui: &mut egui::Ui) -> bool {

@@ -4,7 +4,7 @@ use egui::{Align2, Key, RichText};
 
 use crate::gui::action::{Spec, TABLE};
 use crate::gui::action_state::ActionState;
-use crate::gui::{Action, Command};
+use crate::gui::{Action, Command, keys};
 
 /// The palette while it is open.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -54,7 +54,7 @@ pub fn show(ctx: &egui::Context, view: &mut PaletteView, state: &ActionState, co
 }
 
 fn entry(ui: &mut egui::Ui, spec: &Spec, chosen: bool, moved: bool, state: &ActionState) -> bool {
-    let key = spec.keys.first().map(|k| k.text()).unwrap_or_default();
+    let key = keys::of(ui.ctx()).text(spec.action).unwrap_or_default();
     let text = format!("{}  ›  {}", spec.menu.title(), spec.label);
     let button =
         egui::Button::selectable(chosen, text).shortcut_text(key).min_size(egui::vec2(ui.available_width(), 22.0));

@@ -129,6 +129,16 @@ fn head(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
             floor,
             "How far the still points disagree after the head's motion is removed: what a mark is worth here.",
         );
+        let force = scene.outcome.noise_floor_force(scene.project.settings.marking_sigma_px);
+        if let Some(force) = force {
+            let unit = scene.outcome.unit();
+            row(
+                ui,
+                "Noise floor in force",
+                format!("{} {unit}", significant(force, 2)),
+                "Median standard error of the forces if every mark erred by the noise floor: a force below it means nothing.",
+            );
+        }
     });
     super::settings::scatter(ui, scene, commands);
 }

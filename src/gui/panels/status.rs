@@ -9,8 +9,9 @@ use super::frames::{Tool, guide, points};
 use crate::displacement::VertexState;
 use crate::gui::height_map::options::{fixed, with_error};
 use crate::gui::jobs::{About, Job, Jobs};
+use crate::gui::keys::{self, KeyMap};
 use crate::gui::view_state::{NoticeKind, Workspace};
-use crate::gui::{Command, Scene, ViewState, theme};
+use crate::gui::{Action, Command, Scene, ViewState, theme};
 use crate::project::Which;
 
 /// Shows the bar.
@@ -20,7 +21,7 @@ pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut ViewState, jobs: &Jo
         if let Some(n) = &view.notice {
             let colour = if n.kind == NoticeKind::Refused { p.warn } else { p.good };
             ui.colored_label(colour, &n.text);
-        } else if let Some(press) = press_now(scene, view) {
+        } else if let Some(press) = press_now(scene, view, &keys::of(ui.ctx())) {
             ui.label(press);
         } else {
             let marked = scene.project.measured_count();
@@ -64,14 +65,15 @@ fn told(job: &Job) -> bool {
 }
 
 /// What a press does, while a guide asks for points.
-fn press_now(scene: Scene<'_>, view: &ViewState) -> Option<String> {
+fn press_now(scene: Scene<'_>, view: &ViewState, keys: &KeyMap) -> Option<String> {
     if view.workspace != Workspace::Frames {
         return None;
     }
     let chosen = points::chosen_vertices(scene, &view.frames.regions);
     let press = guide::what_a_press_does(scene, &chosen, &view.frames, &view.focus)?;
     let frame = if view.frames.tool == Tool::Landmarks { "First frame" } else { "Last frame" };
-    Some(format!("{frame}: {press}   ·   Enter: its predicted place   ·   Ctrl+press: another point"))
+    let accept = keys.text(Action::Accept).map(|k| format!("   ·   {k}: its predicted place")).unwrap_or_default();
+    Some(format!("{frame}: {press}{accept}   ·   Ctrl+press: another point"))
 }
 
 /// The pixel under the pointer, or the vertex with its force.

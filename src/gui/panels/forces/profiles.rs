@@ -36,7 +36,9 @@ pub(super) fn show(
     ui.horizontal_wrapped(|ui| {
         ui.weak(match (selected, through) {
             (Some(v), _) => format!("through vertex {v}"),
-            (None, Some(v)) => format!("through the peak, vertex {v}"),
+            (None, Some(v)) if scene.outcome.peak().vertex() == Some(v) => format!("through the peak, vertex {v}"),
+            // No force stands above its error, so there is no peak.
+            (None, Some(v)) => format!("through vertex {v}, where the force is largest, though within its error"),
             (None, None) => "no vertex is measured".to_owned(),
         });
         ui.separator();

@@ -7,9 +7,11 @@ use super::pane::{Pane, REACH};
 use super::points::{self, Kind, Look};
 use super::{FramesView, Tool};
 use crate::camera::Scale;
+use crate::gui::snapping::Trace;
 use crate::gui::view_state::NoticeKind;
-use crate::gui::{Command, Focus};
+use crate::gui::{Command, Focus, snapping};
 use crate::project::{Edit, PointId, Role, Which};
+use crate::suggest::Refined;
 
 /// How far the hand may shake during a click, ui points: a click that selects, or places, moves nothing.
 const SHAKE: f32 = 3.0;
@@ -27,8 +29,10 @@ pub struct Drag {
     pub which: Which,
     /// What is dragged.
     pub target: Target,
-    /// Where it is now, px.
+    /// Where the hand has it now, px.
     pub at: [f64; 2],
+    /// The crossing of painted lines that it has gone to instead.
+    pub snapped: Option<Refined>,
     /// Whether a step of the history is open for it.
     pub began: bool,
     /// Whether the hand is more than a click: the point follows it from then on.
@@ -42,6 +46,13 @@ pub struct Drag {
     pressed_at: Pos2,
     pressed_at_s: f64,
     last: Pos2,
+}
+
+impl Drag {
+    /// Where the mark is now, px.
+    pub fn mark(&self) -> [f64; 2] {
+        self.snapped.map_or(self.at, |f| [f.at.x, f.at.y])
+    }
 }
 
 /// What is dragged.
@@ -92,9 +103,9 @@ pub fn handle(
     focus: &Focus,
     commands: &mut Vec<Command>,
 ) {
-    let (down, pointer, shift, escape, now) = ui.input(|i| {
+    let (down, pointer, modifiers, escape, now) = ui.input(|i| {
         let p = &i.pointer;
-        (p.primary_down(), p.latest_pos(), i.modifiers.shift, i.key_pressed(Key::Escape), i.time)
+        (p.primary_down(), p.latest_pos(), i.modifiers, i.key_pressed(Key::Escape), i.time)
     });
     let tool = view.tool;
     let mut selected = focus.selected.clone();
@@ -118,18 +129,18 @@ pub fn handle(
                 let here = pane.rect.contains(at)
                     && (response.contains_pointer() || ui.ctx().layer_id_at(at) == Some(response.layer_id));
                 if here && ui.is_enabled() && view.drag.is_none() {
-                    view.active = pane.which;
+                    (view.active, view.trace) = (pane.which, None);
                     response.request_focus();
-                    let press = Press { at, at_s: now, takes: modifiers.command };
+                    let press = Press { at, at_s: now, takes: modifiers.command, alone: alone(modifiers) };
                     press.act(pane, chosen, view, selected.as_ref(), commands);
                     ui.ctx().request_repaint_after_secs(CLICK_S as f32);
                 }
             }
             Stroke::Motion(at) if holds(view) => {
-                follow(Hand { down: true, pointer: Some(at), shift, now }, pane, chosen, view, commands);
+                follow(Hand { down: true, pointer: Some(at), modifiers, now }, pane, chosen, view, commands);
             }
             Stroke::Release(at) if holds(view) => {
-                follow(Hand { down: false, pointer: Some(at), shift, now }, pane, chosen, view, commands);
+                follow(Hand { down: false, pointer: Some(at), modifiers, now }, pane, chosen, view, commands);
             }
             _ => {}
         }
@@ -143,7 +154,7 @@ pub fn handle(
     }
     // The button may be held without a motion, or have been released outside the window.
     if holds(view) {
-        follow(Hand { down, pointer, shift, now }, pane, chosen, view, commands);
+        follow(Hand { down, pointer, modifiers, now }, pane, chosen, view, commands);
     }
     let nearest = |at: Pos2| pane.pick(at, tool, selected.as_ref());
     if response.double_clicked() && tool == Tool::Select && pointer.is_some_and(|p| nearest(p).is_none()) {
@@ -162,6 +173,13 @@ struct Press {
     at_s: f64,
     /// Ctrl is held: it takes what is there, whatever the guide asks for.
     takes: bool,
+    /// Nothing snaps.
+    alone: bool,
+}
+
+/// Whether the hand wants no help: Alt is held, or Shift for a fine drag.
+fn alone(modifiers: Modifiers) -> bool {
+    modifiers.alt || modifiers.shift
 }
 
 impl Press {
@@ -175,7 +193,11 @@ impl Press {
     ) {
         if let Tool::ScalePoints { grid, first } = view.tool {
             if pane.which == Which::First {
-                scale_press(grid, first, pane.transform.image_from_ui(self.at), pane, view, commands);
+                let hand = pane.transform.image_from_ui(self.at);
+                let snaps = grid && view.snap && !self.alone;
+                let target = Target::ScaleEnd(0);
+                let found = snaps.then(|| snapping::crossing(pane.scene, &target, hand, pane.transform.zoom)).flatten();
+                scale_press(grid, first, found.map_or(hand, |f| [f.at.x, f.at.y]), pane, view, commands);
             }
         } else if view.tool.places_in(pane.which) && !self.takes {
             self.place(pane, chosen, view, selected, commands);
@@ -200,14 +222,16 @@ impl Press {
             Err(text) => return commands.push(refuse(text)),
         };
         if points::of(pane.scene, &id).is_some_and(|(look, _)| look == Look::Locked) {
-            return commands.push(refuse(format!("{id} is locked. Press L to free it.")));
+            return commands.push(refuse(format!("{id} is locked. Unlock it first.")));
         }
         let at = pane.transform.image_from_ui(self.at);
         commands.push(Command::BeginGesture);
         commands.push(Command::Select(Some(id.clone())));
-        put(&id, at, pane, commands);
         view.placed = Some(id.clone());
-        view.drag = Some(Drag { began: true, places: true, ..self.drag(pane.which, Target::Point(id), at) });
+        let mut drag = Drag { began: true, places: true, ..self.drag(pane.which, Target::Point(id), at) };
+        drag.snap(pane, view.snap && !self.alone);
+        drag.put(pane, commands);
+        view.drag = Some(drag);
     }
 
     /// Takes the point under the pointer, or selects none.
@@ -226,7 +250,7 @@ impl Press {
         if let Some(point) = hit.filter(|p| p.look.is_mark()) {
             commands.push(Command::Select(Some(point.id.clone())));
             if point.look == Look::Locked {
-                let text = format!("{} is locked. Press L to free it.", point.label);
+                let text = format!("{} is locked. Unlock it first.", point.label);
                 commands.push(Command::Tell(NoticeKind::Refused, text));
             } else {
                 let drag = self.drag(pane.which, Target::Point(point.id.clone()), point.at);
@@ -252,6 +276,7 @@ impl Press {
             which,
             target,
             at,
+            snapped: None,
             began: false,
             follows: false,
             places: false,
@@ -269,12 +294,12 @@ impl Press {
 struct Hand {
     down: bool,
     pointer: Option<Pos2>,
-    shift: bool,
+    modifiers: Modifiers,
     now: f64,
 }
 
 fn follow(
-    Hand { down, pointer, shift, now }: Hand,
+    Hand { down, pointer, modifiers, now }: Hand,
     pane: &Pane<'_>,
     chosen: &[u32],
     view: &mut FramesView,
@@ -290,17 +315,19 @@ fn follow(
         // From the place of the press on, so that what was moved before the hand was more than a click is not lost.
         if drag.follows && drag.last != pointer {
             // Steps are added up, so that taking Shift or letting it go makes no jump.
-            let speed = if shift { FINE } else { 1.0 } / pane.transform.zoom;
+            let speed = if modifiers.shift { FINE } else { 1.0 } / pane.transform.zoom;
             drag.at[0] += f64::from(pointer.x - drag.last.x) * speed;
             drag.at[1] += f64::from(pointer.y - drag.last.y) * speed;
             drag.last = pointer;
             if let Some(size) = pane.picture.size() {
                 drag.at = [drag.at[0].clamp(0.0, f64::from(size[0])), drag.at[1].clamp(0.0, f64::from(size[1]))];
             }
-            match &drag.target {
-                Target::Point(id) => put(id, drag.at, pane, commands),
-                Target::ScaleEnd(end) => move_scale_end(*end, drag.at, pane, commands),
-            }
+            drag.snap(pane, view.snap && !alone(modifiers));
+            drag.put(pane, commands);
+        } else if drag.began && drag.snapped.is_some() && alone(modifiers) {
+            // Let go without a motion of the hand.
+            drag.snap(pane, false);
+            drag.put(pane, commands);
         }
     }
     if down {
@@ -309,6 +336,11 @@ fn follow(
     }
     if drag.began {
         commands.push(Command::CommitGesture);
+        if let (Some(found), Target::Point(id)) = (drag.snapped, &drag.target) {
+            let trace = Trace { id: id.clone(), from: drag.at, found };
+            commands.push(Command::Tell(NoticeKind::Done, format!("Snapped {}.", trace.words())));
+            view.trace = Some(trace);
+        }
     }
     if drag.last == drag.pressed_at {
         if let Some(behind) = drag.behind {
@@ -321,6 +353,24 @@ fn follow(
         && let Target::Point(id) = &drag.target
     {
         commands.push(guide::next_after(pane.scene, chosen, id).map_or(Command::EndGuide, Command::JumpTo));
+    }
+}
+
+impl Drag {
+    /// Lets what is in the hand go to the crossing of painted lines beside it, if it is to snap and there is one.
+    fn snap(&mut self, pane: &Pane<'_>, wanted: bool) {
+        let grid = matches!(pane.scene.project.scale, Scale::GridPitch { .. });
+        let can = wanted && (grid || matches!(self.target, Target::Point(_)));
+        let found = || snapping::crossing(pane.scene, &self.target, self.at, pane.transform.zoom);
+        self.snapped = can.then(found).flatten();
+    }
+
+    /// Puts what is in the hand where it is now.
+    fn put(&self, pane: &Pane<'_>, commands: &mut Vec<Command>) {
+        match &self.target {
+            Target::Point(id) => put(id, self.mark(), pane, commands),
+            Target::ScaleEnd(end) => move_scale_end(*end, self.mark(), pane, commands),
+        }
     }
 }
 

@@ -3,12 +3,15 @@
 use egui::{ProgressBar, RichText, Vec2};
 
 use super::points::{self, STILL_REGION};
-use super::toolbar::tooltip;
 use super::{FramesView, Tool, face_picture, marks, suggestions};
 use crate::gui::action_state::ActionState;
 use crate::gui::face_drawing::FaceDrawing;
+use crate::gui::keys::{self, KeyMap};
 use crate::gui::{Action, Command, Focus, Scene, theme};
 use crate::project::{PointId, Role};
+
+/// Height of what is said of a point, ui points.
+const TEXT: f32 = 84.0;
 
 /// What is said where a press finds the guide at its end.
 pub const NOTHING_ASKED: &str =
@@ -107,6 +110,7 @@ pub fn show(
     state: &ActionState,
     commands: &mut Vec<Command>,
 ) {
+    let keys = keys::of(ui.ctx());
     // One of the three is always on, and a second click leaves it on: nothing is switched off in silence.
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
@@ -116,7 +120,7 @@ pub fn show(
             (Action::ToolFeatures, Action::ToolFeatures.label()),
         ] {
             let on = state.on(action) == Some(true);
-            if ui.add(egui::Button::selectable(on, label)).on_hover_text(tooltip(action)).clicked() {
+            if ui.add(egui::Button::selectable(on, label)).on_hover_text(keys.tooltip(action)).clicked() {
                 commands.push(Command::Do(action));
             }
         }
@@ -148,11 +152,20 @@ pub fn show(
         egui::WidgetInfo::labeled(egui::Role::ProgressIndicator, true, format!("{done} of {of} {what}"))
     });
     ui.label(RichText::new(format!("{done} of {of} {what}")).small().weak());
-    // A fixed height, so that the buttons under it do not jump from one point to the next.
-    ui.allocate_ui(Vec2::new(ui.available_width(), 76.0), |ui| {
-        ui.set_min_height(76.0);
+    // Above the text, whose length they must not follow.
+    ui.horizontal(|ui| {
+        for (action, label) in [(Action::Previous, "Back"), (Action::Next, "Skip"), (Action::Accept, "Accept place")] {
+            let button = ui.add_enabled(pulses && state.can(action), egui::Button::new(label));
+            if button.on_hover_text(keys.tooltip(action)).clicked() {
+                commands.push(Command::Do(action));
+            }
+        }
+    });
+    // Of a height that holds nearly every text, so that what is under it seldom moves.
+    ui.allocate_ui(Vec2::new(ui.available_width(), TEXT), |ui| {
+        ui.set_min_height(TEXT);
         match (view.tool, &spoken_of) {
-            (_, Some(id)) => describe(ui, scene, view.tool, id),
+            (_, Some(id)) => describe(ui, scene, &keys, view.tool, id),
             (Tool::Landmarks | Tool::Features, None) => at_end(ui, view.tool, done, of, commands),
             _ => {
                 ui.label(RichText::new("Nothing is being placed.").strong().size(14.0));
@@ -161,25 +174,17 @@ pub fn show(
             }
         }
     });
-    ui.horizontal(|ui| {
-        for (action, label) in [(Action::Previous, "Back"), (Action::Next, "Skip"), (Action::Accept, "Accept place")] {
-            let button = ui.add_enabled(pulses && state.can(action), egui::Button::new(label));
-            if button.on_hover_text(tooltip(action)).clicked() {
-                commands.push(Command::Do(action));
-            }
-        }
-    });
     ui.add_space(6.0);
     ui.separator();
     suggestions::show(ui, scene, chosen, view, state, commands);
     ui.separator();
-    regions(ui, scene, view);
+    regions(ui, scene, view, state, commands);
     ui.add_space(2.0);
     egui::CollapsingHeader::new("Legend").default_open(true).show(ui, marks::legend_ui);
 }
 
 /// The point that the guide speaks of: its name, how to find it, and what a press does.
-fn describe(ui: &mut egui::Ui, scene: Scene<'_>, tool: Tool, id: &PointId) {
+fn describe(ui: &mut egui::Ui, scene: Scene<'_>, keys: &KeyMap, tool: Tool, id: &PointId) {
     let look = points::of(scene, id).map_or(points::Look::Unset, |(look, _)| look);
     let (name, hint) = match id {
         PointId::Landmark(id) => {
@@ -200,19 +205,23 @@ fn describe(ui: &mut egui::Ui, scene: Scene<'_>, tool: Tool, id: &PointId) {
         return;
     }
     ui.label(RichText::new(hint).weak());
+    let accept = keys.text(Action::Accept).unwrap_or_else(|| "Accept place".to_owned());
     let how = match look {
-        points::Look::Locked => "It is locked. L frees it.",
-        look if look.is_mark() => "It has its mark: a press places it anew.",
-        points::Look::Predicted => "Enter takes the predicted place. Ctrl+press takes another point.",
-        points::Look::Suggested => "Enter takes the suggested place. Ctrl+press takes another point.",
-        _ => "Ctrl+press takes another point.",
+        points::Look::Locked => {
+            format!("It is locked. {} frees it.", keys.text(Action::Lock).unwrap_or_else(|| "Lock".to_owned()))
+        }
+        look if look.is_mark() => "It has its mark: a press places it anew.".to_owned(),
+        points::Look::Predicted => format!("{accept} takes the predicted place. Ctrl+press takes another point."),
+        points::Look::Suggested => format!("{accept} takes the suggested place. Ctrl+press takes another point."),
+        points::Look::Unset => "Ctrl+press takes another point.".to_owned(),
+        _ => String::new(),
     };
     let suggested = points::place(scene, id).and_then(|(_, v)| points::suggestion(scene, v));
     let how = match suggested.filter(|_| look == points::Look::Suggested) {
         Some(s) => {
             format!("{how} It is {} sure to be within 1 px ({}).", points::percent(s.confidence), s.method.word())
         }
-        None => how.to_owned(),
+        None => how,
     };
     ui.label(RichText::new(how).weak().small());
 }
@@ -241,7 +250,13 @@ fn at_end(ui: &mut egui::Ui, tool: Tool, done: usize, of: usize, commands: &mut 
     });
 }
 
-fn regions(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut FramesView) {
+fn regions(
+    ui: &mut egui::Ui,
+    scene: Scene<'_>,
+    view: &mut FramesView,
+    state: &ActionState,
+    commands: &mut Vec<Command>,
+) {
     ui.label(RichText::new("Points to mark").strong());
     for region in points::regions_in_order(scene) {
         // A still point counts with the still points alone, even where it lies in a region of moving skin.
@@ -271,6 +286,7 @@ fn regions(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut FramesView) {
             });
         });
     }
+    suggestions::still(ui, scene, state, commands);
     let still = scene.project.features.values().filter(|f| f.role == Role::Still && f.last.is_some()).count();
     let needed = format!("{still} still points marked; 3 remove the head's motion, 4 also tell the noise floor.");
     ui.label(RichText::new(needed).small().weak());

@@ -9,8 +9,10 @@ use super::image_view::Transform;
 use super::wireframe::{self, WireframeStyle};
 use crate::face::FaceModel;
 use crate::gui::face_drawing::levels::Levels;
+use crate::gui::snapping;
 use crate::gui::texture::Tiles;
 use crate::gui::theme::on_picture;
+use crate::suggest::Refined;
 
 /// How the loupe is used.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,6 +52,8 @@ pub struct Loupe<'a> {
     pub at: [f64; 2],
     /// Colour of the cross.
     pub colour: Color32,
+    /// Where the hand is, px, and the crossing of painted lines that the mark has gone to.
+    pub snapped: Option<([f64; 2], Refined)>,
 }
 
 /// Draws the loupe beside `beside`, inside `pane`.
@@ -73,13 +77,24 @@ pub fn paint(painter: &Painter, pane: Rect, beside: Pos2, style: LoupeStyle, lou
     );
     cross(&inside, rect, Stroke::new(3.0, on_picture::HALO));
     cross(&inside, rect, Stroke::new(1.0, loupe.colour));
+    // Over the cross, whose arms the lines follow on an upright grid.
+    if let Some((hand, found)) = &loupe.snapped {
+        snapping::paint(&inside, *hand, found, |p| transform.ui_from_image(p));
+    }
     painter.rect_stroke(rect, 4.0, Stroke::new(3.0, on_picture::HALO), StrokeKind::Outside);
     painter.rect_stroke(rect, 4.0, Stroke::new(1.5, Color32::WHITE), StrokeKind::Middle);
-    let text = format!("{:.1}, {:.1}    {}×", loupe.at[0], loupe.at[1], style.scale);
-    let galley = painter.layout_no_wrap(text, egui::FontId::monospace(11.0), Color32::WHITE);
-    let line = Rect::from_min_size(rect.left_bottom() - Vec2::new(0.0, 18.0), Vec2::new(SIDE, 18.0));
-    inside.rect_filled(line, 0.0, Color32::from_black_alpha(150));
-    inside.galley(line.left_center() + Vec2::new(6.0, -galley.size().y / 2.0), galley, Color32::WHITE);
+    let mut line = Rect::from_min_size(rect.left_bottom() - Vec2::new(0.0, 18.0), Vec2::new(SIDE, 18.0));
+    let place = format!("{:.2}, {:.2}    {}×", loupe.at[0], loupe.at[1], style.scale);
+    let fit = loupe.snapped.map(|(hand, found)| {
+        let by = (found.at - Point2::from(hand)).norm();
+        format!("{by:.2} px, residual {:.0} %", 100.0 * found.residual)
+    });
+    for (text, colour) in std::iter::once((place, Color32::WHITE)).chain(fit.map(|f| (f, on_picture::SUGGESTED))) {
+        let galley = painter.layout_no_wrap(text, egui::FontId::monospace(11.0), colour);
+        inside.rect_filled(line, 0.0, Color32::from_black_alpha(150));
+        inside.galley(line.left_center() + Vec2::new(6.0, -galley.size().y / 2.0), galley, colour);
+        line = line.translate(Vec2::new(0.0, -18.0));
+    }
 }
 
 /// A cross with an open middle: the skin under the point stays visible.

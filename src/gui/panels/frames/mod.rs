@@ -8,7 +8,9 @@ use egui::{Pos2, Rect, Vec2};
 use crate::frames::Adjustment;
 use crate::gui::action_state::ActionState;
 use crate::gui::face_drawing::FaceDrawing;
+use crate::gui::keys::{self, Hold};
 use crate::gui::pictures::Pictures;
+use crate::gui::snapping::Trace;
 use crate::gui::suggesting::SuggestStyle;
 use crate::gui::{Command, Focus, Scene};
 use crate::project::{PointId, Which};
@@ -139,6 +141,10 @@ pub struct FramesView {
     pub table: TableView,
     /// Whether the table is shown.
     pub table_shown: bool,
+    /// Whether marks snap to crossings of the painted grid.
+    pub snap: bool,
+    /// Where a mark has gone by itself, until something else is done.
+    pub trace: Option<Trace>,
     /// How suggestions are used.
     pub suggest: SuggestStyle,
     /// What is being typed into the settings.
@@ -167,6 +173,8 @@ impl Default for FramesView {
             side: SideTab::Guide,
             table: TableView::default(),
             table_shown: true,
+            snap: true,
+            trace: None,
             suggest: SuggestStyle::default(),
             settings: settings::SettingsView::default(),
             drawing: None,
@@ -268,7 +276,7 @@ pub fn show(
     egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
         let whole = ui.max_rect();
         ui.painter().rect_filled(whole, 0.0, ui.visuals().panel_fill);
-        let blink = ui.input(|i| i.key_down(egui::Key::B)) && !ui.ctx().text_edit_focused() && view.drag.is_none();
+        let blink = keys::is_held(ui.ctx(), Hold::Blink) && !ui.ctx().text_edit_focused() && view.drag.is_none();
         let order = if view.swapped ^ blink { [Which::Last, Which::First] } else { [Which::First, Which::Last] };
         let half = Vec2::new((whole.width() - 2.0) / 2.0, whole.height());
         let places = [Rect::from_min_size(whole.min, half), Rect::from_min_size(whole.max - half, half)];

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use egui::{Color32, CursorIcon, Key, Painter, PointerButton, Pos2, Rect, Response, Sense, Stroke, Vec2};
+use egui::{Color32, CursorIcon, Painter, PointerButton, Pos2, Rect, Response, Sense, Stroke, Vec2};
 
 use super::drag::{self, Target};
 use super::image_view::{ImageView, Transform};
@@ -13,11 +13,13 @@ use crate::camera::Scale;
 use crate::gui::action::Menu;
 use crate::gui::action_state::ActionState;
 use crate::gui::face_drawing::FaceDrawing;
+use crate::gui::keys::{self, Hold};
 use crate::gui::panels::menu;
 use crate::gui::pictures::Picture;
 use crate::gui::theme::{self, on_picture};
-use crate::gui::{Command, Focus, Scene, wheel};
+use crate::gui::{Command, Focus, Scene, snapping, wheel};
 use crate::project::{PointId, Which};
+use crate::suggest::Refined;
 
 /// How near to a point a press must be to take it, ui points.
 pub const REACH: f32 = 8.0;
@@ -118,7 +120,7 @@ pub fn show(
     if !view.show_marks && view.drag.is_none() {
         pane.points.clear();
     }
-    let space = ui.input(|i| i.key_down(Key::Space));
+    let space = keys::is_held(ui.ctx(), Hold::Pan);
     if !space {
         drag::handle(ui, &response, &pane, chosen, view, focus, commands);
     }
@@ -157,7 +159,7 @@ fn navigate(ui: &egui::Ui, response: &Response, which: Which, view: &mut FramesV
             view.zoom(which, factor, at);
         }
     }
-    let space = ui.input(|i| i.key_down(Key::Space));
+    let space = keys::is_held(ui.ctx(), Hold::Pan);
     let panning = response.dragged_by(PointerButton::Middle) || (space && response.dragged_by(PointerButton::Primary));
     if panning && view.drag.is_none() {
         view.pan(which, response.drag_delta());
@@ -252,6 +254,9 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
         painter.circle_stroke(t.ui_from_image(p), 5.0, Stroke::new(3.0, on_picture::HALO));
         painter.circle_stroke(t.ui_from_image(p), 5.0, Stroke::new(1.5, on_picture::SELECTED));
     }
+    if let Some((from, found)) = moved_by_itself(pane, view) {
+        snapping::paint(painter, from, &found, |p| t.ui_from_image(p));
+    }
     if let Some(point) = selected_besides(pane, view.tool, focus) {
         let at = t.ui_from_image(point.at);
         marks::paint(painter, at, radius, point.look, point.kind, marks::Lit::Selected, point.sure);
@@ -284,6 +289,18 @@ fn selected_besides(pane: &Pane<'_>, tool: Tool, focus: &Focus) -> Option<ShownP
         name: landmark.map_or_else(|| vertex.to_string(), |l| l.name.clone()),
         sure: 1.0,
     })
+}
+
+/// What has gone to a place of its own accord in this pane: what is in the hand, or else the last mark, as long as it lies there. With it
+/// where the hand had put it, px.
+fn moved_by_itself(pane: &Pane<'_>, view: &FramesView) -> Option<([f64; 2], Refined)> {
+    if let Some(drag) = view.drag.as_ref().filter(|d| d.which == pane.which) {
+        return drag.snapped.map(|found| (drag.at, found));
+    }
+    let trace = view.trace.as_ref()?;
+    let (which, _) = points::place(pane.scene, &trace.id)?;
+    let mark = crate::project::edit::mark(pane.scene.project, &trace.id)?;
+    (which == pane.which && mark.at_px == trace.to() && view.show_marks).then_some((trace.from, trace.found))
 }
 
 /// How far neighbouring vertices lie apart on the screen, ui points.
@@ -323,8 +340,8 @@ fn paint_loupe(
     let dragged = view.drag.as_ref().filter(|d| d.which == pane.which && d.began);
     let (at, colour) = match (dragged, response.hover_pos()) {
         (Some(d), _) => match &d.target {
-            Target::Point(id) => (d.at, colour_of(pane, id)),
-            Target::ScaleEnd(_) => (d.at, on_picture::SCALE),
+            Target::Point(id) => (d.mark(), colour_of(pane, id)),
+            Target::ScaleEnd(_) => (d.mark(), on_picture::SCALE),
         },
         (None, Some(pointer)) if view.loupe.always && !ui.input(|i| i.pointer.any_down()) => (
             pane.transform.image_from_ui(pointer),
@@ -344,6 +361,7 @@ fn paint_loupe(
         wireframe: &view.wireframe,
         at,
         colour,
+        snapped: dragged.and_then(|d| d.snapped.map(|found| (d.at, found))),
     };
     loupe::paint(painter, pane.rect, pane.transform.ui_from_image(at), view.loupe, &shown);
 }

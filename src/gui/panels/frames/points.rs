@@ -7,7 +7,7 @@ use crate::face::Region;
 use crate::gui::{Scene, suggesting};
 use crate::project::edit::Accepted;
 use crate::project::{MarkState, PointId, Role, Which};
-use crate::suggest::Suggestion;
+use crate::suggest::{Source, Suggestion};
 
 /// Id of the region whose vertices are still points.
 pub const STILL_REGION: &str = "still";
@@ -252,9 +252,18 @@ pub fn suggestion(scene: Scene<'_>, vertex: u32) -> Option<&Suggestion> {
     scene.suggested.of(vertex, *first)
 }
 
+/// Whether a suggestion is as sure as that; a still point must also move as the others do.
+pub fn is_sure(scene: Scene<'_>, suggestion: &Suggestion, least: f64) -> bool {
+    let v = suggestion.vertex;
+    // What another hand has marked is not judged.
+    let judged = suggestion.method != Source::Imported && kind_of(scene, v) == Kind::Still;
+    let odd = || judged && !scene.suggested.still.points.iter().any(|s| s.vertex == v);
+    suggestion.confidence >= least && !odd()
+}
+
 /// The chosen points whose suggestion is at least so sure, as marks to be.
 pub fn sure_suggestions(scene: Scene<'_>, chosen: &[u32], least: f64) -> Vec<Accepted> {
-    let sure = chosen.iter().filter_map(|&v| suggestion(scene, v)).filter(|s| s.confidence >= least);
+    let sure = chosen.iter().filter_map(|&v| suggestion(scene, v)).filter(|s| is_sure(scene, s, least));
     sure.map(|s| suggesting::accepted(s, kind_of(scene, s.vertex) == Kind::Still)).collect()
 }
 

@@ -76,6 +76,9 @@ const COLUMNS: [(&str, f32, usize); 10] = [
     ("±", 1.0, 4),
 ];
 
+/// The first of the columns in which the largest number is what is looked for.
+const FROM_RESIDUAL: usize = 6;
+
 /// Height of a row, ui points.
 const ROW: f32 = 20.0;
 
@@ -152,7 +155,10 @@ fn header(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut TableView, cells: &[(u
         let response = ui.interact(cell, ui.scope_id().with(("column", i)), Sense::click());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("Sort by {title}")));
         if response.clicked() {
-            (view.descending, view.column) = (view.column == i && !view.descending, i);
+            // Of a residual, a force or an error the worst comes first.
+            let first = i >= FROM_RESIDUAL;
+            view.descending = if view.column == i { !view.descending } else { first };
+            view.column = i;
         }
         let sorted = view.column == i;
         let colour = if sorted || response.hovered() {
@@ -266,17 +272,18 @@ fn rows(scene: Scene<'_>, chosen: &[u32], list: List) -> Vec<Row> {
     if list == List::Landmarks {
         return rows;
     }
+    let still = scene.outcome.still_residuals_px(scene.project);
     for &v in chosen {
         let kind = points::kind_of(scene, v);
         if list == List::Still && kind != Kind::Still || list == List::Features && kind != Kind::Feature {
             continue;
         }
-        rows.push(feature_row(scene, v, kind));
+        rows.push(feature_row(scene, v, kind, still.get(&v).copied()));
     }
     rows
 }
 
-fn feature_row(scene: Scene<'_>, v: u32, kind: Kind) -> Row {
+fn feature_row(scene: Scene<'_>, v: u32, kind: Kind, residual: Option<f64>) -> Row {
     let id = PointId::FeatureLast(v);
     let (look, place) = points::of(scene, &id).unwrap_or((Look::Unset, [f64::NAN; 2]));
     let at = Some(place).filter(|_| look != Look::Unset);
@@ -297,7 +304,7 @@ fn feature_row(scene: Scene<'_>, v: u32, kind: Kind) -> Row {
             finite(first[1]),
             at.map(|p| p[0]),
             at.map(|p| p[1]),
-            None,
+            residual,
             moved,
             o.field.force.get(i).map(nalgebra::Vector3::norm).filter(|_| believed),
             o.field.sigma.get(i).copied().filter(|_| believed),

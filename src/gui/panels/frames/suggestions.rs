@@ -2,10 +2,10 @@
 
 use egui::{Button, RichText, Slider};
 
-use super::{FramesView, points, toolbar};
+use super::{FramesView, points};
 use crate::gui::action_state::ActionState;
 use crate::gui::suggesting::Status;
-use crate::gui::{Action, Command, Scene, theme};
+use crate::gui::{Action, Command, Scene, keys, theme};
 
 /// Shows the part.
 pub fn show(
@@ -18,20 +18,21 @@ pub fn show(
 ) {
     let least = view.suggest.least;
     let found = chosen.iter().filter_map(|&v| points::suggestion(scene, v));
-    let (count, sure) = found.fold((0, 0), |(n, sure), s| (n + 1, sure + usize::from(s.confidence >= least)));
+    let (count, sure) =
+        found.fold((0, 0), |(n, sure), s| (n + 1, sure + usize::from(points::is_sure(scene, s, least))));
     ui.horizontal(|ui| {
         let mut on = view.suggest.on;
-        let tooltip = toolbar::tooltip(Action::Suggest);
+        let tooltip = keys::of(ui.ctx()).tooltip(Action::Suggest);
         if ui.checkbox(&mut on, RichText::new("Suggest places").strong()).on_hover_text(tooltip).changed() {
             commands.push(Command::Do(Action::Suggest));
         }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             ui.add_space(8.0);
             match &scene.suggested.status {
-                Status::Off | Status::Failed(_) => {}
-                Status::Needs(what) => _ = ui.label(RichText::new(*what).weak()),
+                Status::Off | Status::Failed(_) if count == 0 => {}
+                Status::Needs(what) if count == 0 => _ = ui.label(RichText::new(*what).weak()),
                 Status::Looking if count == 0 => _ = ui.label(RichText::new("Looking…").weak()),
-                Status::Looking | Status::There => {
+                _ => {
                     _ = ui.label(RichText::new(format!("{sure} of {count} sure")).weak()).on_hover_text(
                         "Suggestions for the points to mark, and how many of them are as sure as the slider says.",
                     );
@@ -42,7 +43,7 @@ pub fn show(
     if let Status::Failed(why) = &scene.suggested.status {
         ui.colored_label(theme::palette(ui.visuals()).warn, why);
     }
-    if !matches!(scene.suggested.status, Status::Looking | Status::There) {
+    if count == 0 && !matches!(scene.suggested.status, Status::Looking | Status::There) {
         return;
     }
     let mut percent = 100.0 * least;
@@ -53,7 +54,25 @@ pub fn show(
     }
     let label = format!("Accept the {sure} that are {} sure and more", points::percent(least));
     let button = ui.add_enabled(state.can(Action::AcceptSure), Button::new(label));
-    if button.on_hover_text(toolbar::tooltip(Action::AcceptSure)).clicked() {
+    if button.on_hover_text(keys::of(ui.ctx()).tooltip(Action::AcceptSure)).clicked() {
         commands.push(Command::Do(Action::AcceptSure));
+    }
+}
+
+/// The still points that are proposed, with a button that takes them.
+pub fn still(ui: &mut egui::Ui, scene: Scene<'_>, state: &ActionState, commands: &mut Vec<Command>) {
+    let proposal = &scene.suggested.still;
+    if proposal.points.is_empty() {
+        return;
+    }
+    let label = format!("Accept the {} still points that move as one", proposal.points.len());
+    let scatter = proposal.residual_px.map(|r| format!(" They scatter {r:.2} px about the motion of the head."));
+    let others = match proposal.left_out {
+        0 => String::new(),
+        n => format!(" {n} were left out: vague, or moved otherwise."),
+    };
+    let hint = format!("{}{}{others}", keys::of(ui.ctx()).tooltip(Action::AcceptStill), scatter.unwrap_or_default());
+    if ui.add_enabled(state.can(Action::AcceptStill), Button::new(label)).on_hover_text(hint).clicked() {
+        commands.push(Command::Do(Action::AcceptStill));
     }
 }

@@ -5,7 +5,7 @@ use egui::{Button, DragValue, Slider};
 use super::wireframe::COLOURS;
 use super::{FramesView, Tool};
 use crate::gui::action_state::ActionState;
-use crate::gui::{Action, Command};
+use crate::gui::{Action, Command, keys};
 use crate::project::Which;
 
 /// Shows the tools in one row.
@@ -16,6 +16,7 @@ pub fn show(ui: &mut egui::Ui, view: &mut FramesView, state: &ActionState, comma
         {
             switch(ui, action, label, state, commands);
         }
+        switch(ui, Action::Snap, "Snap", state, commands);
         ui.separator();
         for (action, label) in [(Action::Fit, "Fit"), (Action::LinkPanes, "Link"), (Action::Blink, "Swap")] {
             switch(ui, action, label, state, commands);
@@ -39,7 +40,7 @@ pub fn show(ui: &mut egui::Ui, view: &mut FramesView, state: &ActionState, comma
 
 /// A button for an action of the table.
 pub fn switch(ui: &mut egui::Ui, action: Action, label: &str, state: &ActionState, commands: &mut Vec<Command>) {
-    let tooltip = tooltip(action);
+    let tooltip = keys::of(ui.ctx()).tooltip(action);
     let button = match state.on(action) {
         Some(on) => Button::selectable(on, label),
         None => Button::new(label).frame_when_inactive(false),
@@ -47,12 +48,6 @@ pub fn switch(ui: &mut egui::Ui, action: Action, label: &str, state: &ActionStat
     if ui.add_enabled(state.can(action), button).on_hover_text(tooltip).clicked() {
         commands.push(Command::Do(action));
     }
-}
-
-/// What an action does, and its key.
-pub fn tooltip(action: Action) -> String {
-    let key = action.key_text().map(|k| format!(" ({k})")).unwrap_or_default();
-    format!("{}{key}", action.spec().map_or("", |s| s.tooltip))
 }
 
 fn wireframe_menu(ui: &mut egui::Ui, view: &mut FramesView, state: &ActionState, commands: &mut Vec<Command>) {
