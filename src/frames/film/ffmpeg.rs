@@ -142,7 +142,8 @@ impl Pictures for Piped {
         self.size
     }
 
-    /// The program decodes from the first frame on and hands over from the one asked for.
+    /// The program decodes from the first frame on. Frames before the one asked for come through the pipe, too: while it was silent, it could
+    /// not be stopped.
     fn each(
         &mut self,
         path: &Path,
@@ -153,19 +154,19 @@ impl Pictures for Piped {
     ) -> Result<(), FilmError> {
         let mut asked = Command::new(&self.ffmpeg);
         asked.args(["-v", "error", "-nostdin", "-protocol_whitelist", "file,pipe", "-i"]).arg(argument(path));
-        asked.args(["-map", "0:v:0", "-vf", &format!("select=gte(n\\,{from})"), "-fps_mode", "passthrough"]);
+        asked.args(["-map", "0:v:0", "-fps_mode", "passthrough"]);
         asked.args(["-f", "image2pipe", "-c:v", "ppm", "-"]);
         let mut running = Running::start(&mut asked, path)?;
         let Some(out) = running.child.stdout.take() else { return Ok(()) };
         let mut reader = BufReader::with_capacity(1 << 20, out);
-        let mut index = from;
+        let mut index = 0;
         loop {
             if stop() {
                 return Err(FilmError::Stopped);
             }
             match picture(&mut reader, path)? {
                 Some(image) => {
-                    if take(index, shrunk(image, by)).is_break() {
+                    if index >= from && take(index, shrunk(image, by)).is_break() {
                         return Ok(());
                     }
                 }

@@ -18,7 +18,9 @@ pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>)
     let mut close = false;
     // Esc may be for a key that is waited for.
     let waited = matches!(modal, Modal::SetKeys(view) if key_settings::waits_for_key(view));
-    let shown = egui::Modal::new(Id::unique("modal")).frame(theme::dialog_frame(&ctx.global_style())).show(ctx, |ui| {
+    // Each dialog has its own place: the first sight of one is not that of the size of the one before.
+    let id = Id::unique(("modal", title(modal)));
+    let shown = egui::Modal::new(id).frame(theme::dialog_frame(&ctx.global_style())).show(ctx, |ui| {
         ui.set_width(match modal {
             Modal::Keys => 700.0,
             Modal::Film(_) => (ctx.content_rect().width() - 80.0).clamp(440.0, 1240.0),
