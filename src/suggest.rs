@@ -8,8 +8,7 @@ use nalgebra::Point2;
 
 use crate::face::FaceModel;
 use crate::marking::gray::Gray;
-use crate::marking::patch::PatchSettings;
-use crate::marking::tracking::{self, Method, Point, Prepared, TrackSettings};
+use crate::marking::tracking::{self, Method, Point, Prepared, TrackSettings, Tracker};
 use crate::pipeline::Outcome;
 use crate::project::{MarkState, Project};
 pub use refine::{Line, Refined, Refinement, Why, refine, snap};
@@ -25,15 +24,19 @@ pub struct Suggestion {
     pub confidence: f64,
     /// How it was found.
     pub method: Source,
+    /// Row and column of the crossing of the painted grid that the vertex lies on, counted from the top and from the left.
+    pub crossing: Option<[u32; 2]>,
 }
 
 /// How a suggestion was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
-    /// The skin about the point was found again, beginning where its neighbours lead.
+    /// The vertex lies on a crossing of the painted grid, which was told from all others.
+    Crossing,
+    /// The skin about the point was found again, beginning where the crossings about it lead.
+    Grid,
+    /// The skin about the point was found again, beginning where the motion of the skin about it leads.
     Tracked,
-    /// The same, beginning with a search.
-    Searched,
     /// Not found itself; its neighbours lead there.
     Neighbours,
     /// Read from a file of marks.
@@ -44,8 +47,9 @@ impl Source {
     /// The word in files.
     pub fn word(self) -> &'static str {
         match self {
+            Source::Crossing => "crossing",
+            Source::Grid => "grid",
             Source::Tracked => "tracked",
-            Source::Searched => "searched",
             Source::Neighbours => "neighbours",
             Source::Imported => "imported",
         }
@@ -54,13 +58,8 @@ impl Source {
 
 /// Cosine between a vertex's normal and the direction to the camera below which its skin is seen too flat to be followed.
 const SEEN: f64 = 0.25;
-/// Half the side of a neighbourhood, as a share of the distance of neighbour vertices in the picture: it holds what moves together.
-const PATCH_SHARE: f64 = 0.35;
-/// Least and largest half side, px.
-const PATCH_PX: [f64; 2] = [6.0, 14.0];
-/// Farthest motion searched for, mm: a brow rises by 7 to 11.
-const REACH_MM: f64 = 12.0;
-/// Error of a place that neighbours lead to, px for each px of distance to them.
+/// Error of a place that neighbours lead to, px, at least and for each px of distance to them.
+const LED_LEAST_PX: f64 = 0.5;
 const LED_ERROR: f64 = 0.08;
 
 /// Suggestions for every vertex that faces the camera in both frames and is not marked in the last.
@@ -85,23 +84,20 @@ pub fn suggestions_in(
     first: &Prepared,
     last: &Prepared,
 ) -> Vec<Suggestion> {
-    let size = first.size().map(|side| side as f64);
-    let mesh = face.mesh();
-    let normals = mesh.vertex_normals(&outcome.first);
-    let eye = nalgebra::Point3::new(0.0, 0.0, outcome.camera.z_prp_mm);
-    let asked: Vec<u32> = (0..mesh.len())
-        .filter(|&v| {
-            let towards = (eye - outcome.first[v]).try_normalize(1e-9);
-            let at = outcome.first_in_image[v];
-            let inside = at.x > 0.0 && at.y > 0.0 && at.x < size[0] && at.y < size[1];
-            inside && towards.is_some_and(|t| normals[v].dot(&t) > SEEN)
-        })
-        .map(|v| v as u32)
-        .collect();
-    let mut index = vec![None; mesh.len()];
-    for (i, &v) in asked.iter().enumerate() {
-        index[v as usize] = Some(i as u32);
-    }
+    suggestions_through(project, face, outcome, first, std::iter::empty(), last)
+}
+
+/// The same through the frames of a film between the first and the last: the motion is followed from frame to frame, so that it may be large
+/// and the face may turn on the way. Every frame is prepared where it comes from, so that one at a time is in memory.
+pub fn suggestions_through(
+    project: &Project,
+    face: &FaceModel,
+    outcome: &Outcome,
+    first: &Prepared,
+    between: impl Iterator<Item = Prepared>,
+    last: &Prepared,
+) -> Vec<Suggestion> {
+    let asked = asked(face, outcome, first.size());
     let mark = |v: u32| project.features.get(&v).and_then(|f| f.last);
     let usable = |state: MarkState| state != MarkState::Occluded;
     let points: Vec<Point> = asked
@@ -109,38 +105,49 @@ pub fn suggestions_in(
         .map(|&v| Point {
             first: outcome.first_in_image[v as usize],
             known: mark(v).filter(|m| usable(m.state)).map(|m| Point2::from(m.at_px)),
-            neighbours: mesh.neighbours(v as usize).iter().filter_map(|&w| index[w as usize]).collect(),
         })
         .collect();
-    let settings = settings(&points, outcome.camera.px_per_mm);
-    let answers = tracking::track(first, last, &points, &settings);
+    let settings = TrackSettings { px_per_mm: outcome.camera.px_per_mm, ..TrackSettings::default() };
+    let mut tracker = Tracker::new(first, &points, settings);
+    for frame in between {
+        tracker.advance(&frame);
+    }
+    let tracks = tracker.find(last);
     asked
         .iter()
         .zip(&points)
-        .zip(&answers)
+        .zip(&tracks.points)
         .filter(|((v, _), _)| mark(**v).is_none())
         .filter_map(|((&vertex, point), answer)| {
             if let Some(Ok(t)) = answer {
-                let method = if t.method == Method::Search { Source::Searched } else { Source::Tracked };
-                return Some(Suggestion { vertex, at: t.at, confidence: t.confidence, method });
+                let (method, crossing) = match t.method {
+                    Method::Crossing { column, row } => (Source::Crossing, Some([row, column].map(i32::unsigned_abs))),
+                    Method::Grid => (Source::Grid, None),
+                    Method::Field => (Source::Tracked, None),
+                };
+                return Some(Suggestion { vertex, at: t.at, confidence: t.confidence, method, crossing });
             }
-            let (at, distance) = tracking::led(&points, &answers, &point.first)?;
-            let sigma = 0.5 + LED_ERROR * distance;
+            let (at, distance) = tracking::led(&tracks, &point.first)?;
+            let sigma = LED_LEAST_PX + LED_ERROR * distance;
             let confidence = 1.0 - (-1.0 / (2.0 * sigma * sigma)).exp();
-            Some(Suggestion { vertex, at, confidence, method: Source::Neighbours })
+            Some(Suggestion { vertex, at, confidence, method: Source::Neighbours, crossing: None })
         })
         .collect()
 }
 
-/// Neighbourhoods and ranges that suit the size of the face in the picture.
-fn settings(points: &[Point], px_per_mm: f64) -> TrackSettings {
-    let lengths = points
-        .iter()
-        .flat_map(|p| p.neighbours.iter().filter_map(|&n| Some((points.get(n as usize)?.first - p.first).norm())));
-    let (sum, count) = lengths.fold((0.0, 0_usize), |(s, n), l| (s + l, n + 1));
-    let radius = (PATCH_SHARE * sum / count.max(1) as f64).clamp(PATCH_PX[0], PATCH_PX[1]);
-    let patch = PatchSettings { radius_px: radius.round() as usize, ..PatchSettings::default() };
-    TrackSettings { patch, reach_px: (REACH_MM * px_per_mm).clamp(8.0, 120.0), ..TrackSettings::default() }
+/// The vertices that face the camera, inside the picture.
+fn asked(face: &FaceModel, outcome: &Outcome, size: [usize; 2]) -> Vec<u32> {
+    let size = size.map(|side| side as f64);
+    let mesh = face.mesh();
+    let normals = mesh.vertex_normals(&outcome.first);
+    let eye = nalgebra::Point3::new(0.0, 0.0, outcome.camera.z_prp_mm);
+    let seen = |v: &usize| {
+        let towards = (eye - outcome.first[*v]).try_normalize(1e-9);
+        let at = outcome.first_in_image[*v];
+        let inside = at.x > 0.0 && at.y > 0.0 && at.x < size[0] && at.y < size[1];
+        inside && towards.is_some_and(|t| normals[*v].dot(&t) > SEEN)
+    };
+    (0..mesh.len()).filter(seen).map(|v| v as u32).collect()
 }
 
 #[cfg(test)]

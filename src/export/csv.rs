@@ -33,7 +33,8 @@ pub fn suggestions(found: &[Suggestion], face: &FaceModel) -> String {
         let name = landmark.or_else(region).unwrap_or_default();
         let _ = write!(text, "{},{}", s.vertex, quoted(name));
         numbers(&mut text, [s.at.x, s.at.y, s.confidence].into_iter());
-        let _ = writeln!(text, ",{},,", s.method.word());
+        let [row, col] = s.crossing.map_or_else(Default::default, |c| c.map(|n| n.to_string()));
+        let _ = writeln!(text, ",{},{row},{col}", s.method.word());
     }
     text
 }

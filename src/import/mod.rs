@@ -217,7 +217,7 @@ impl Imported {
         let by_state = if self.state == MarkState::Uncertain { DOUBTED } else { BELIEVED };
         let confidence = self.confidence.unwrap_or(by_state);
         let at = Point2::from(self.at_px);
-        self.state.is_data().then_some(Suggestion { vertex, at, confidence, method: Source::Imported })
+        self.state.is_data().then_some(Suggestion { vertex, at, confidence, method: Source::Imported, crossing: None })
     }
 }
 

@@ -12,7 +12,8 @@
 
 use nalgebra::{Point2, SMatrix, SVector, Vector2};
 
-use super::gray::Spline;
+use super::gray::{Gray, Spline};
+use super::prepared::Prepared;
 
 /// Choices of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,38 +93,38 @@ const BEND_PER_PX: f64 = 0.02;
 const LEAST_CLARITY: f64 = 4.0;
 
 /// Finds the crossing nearest to a place that was pointed at.
-pub fn find(picture: &Spline, near: Point2<f64>, settings: &CrossingSettings) -> Result<Crossing, NoCrossing> {
+pub fn find(picture: &Prepared, near: Point2<f64>, settings: &CrossingSettings) -> Result<Crossing, NoCrossing> {
     let window = settings.window_px.clamp(3, 64);
     let settings = &CrossingSettings { reach_px: settings.reach_px.clamp(0.0, 64.0), ..*settings };
-    if !picture.holds(&near, window as f64 + settings.reach_px) {
+    if !picture.spline().holds(&near, window as f64 + settings.reach_px) {
         return Err(NoCrossing::OutOfPicture);
     }
-    let start = rough(picture, near, settings, window as f64)?;
+    let start = rough(picture.spline(), near, settings, window as f64)?;
     fitted(picture, near, &start, settings)
 }
 
 /// As [`find`], beginning with lines of known directions (radians from the right, clockwise) at the place itself: without the search, and
 /// therefore about three times as fast.
 pub fn find_along(
-    picture: &Spline,
+    picture: &Prepared,
     near: Point2<f64>,
     angles: [f64; 2],
     settings: &CrossingSettings,
 ) -> Result<Crossing, NoCrossing> {
-    if !picture.holds(&near, settings.window_px.clamp(3, 64) as f64) {
+    if !picture.spline().holds(&near, settings.window_px.clamp(3, 64) as f64) {
         return Err(NoCrossing::OutOfPicture);
     }
     fitted(picture, near, &Start { at: near, angles }, settings)
 }
 
 fn fitted(
-    picture: &Spline,
+    picture: &Prepared,
     near: Point2<f64>,
     start: &Start,
     settings: &CrossingSettings,
 ) -> Result<Crossing, NoCrossing> {
     let window = settings.window_px.clamp(3, 64);
-    let mut fit = Fit::new(picture, start.at, window);
+    let mut fit = Fit::new(picture.gray(), start.at, window);
     let (mut numbers, mut sum) = fit.solve(start.numbers(&fit)).ok_or(NoCrossing::Unsettled)?;
     let crossing = |n: &Numbers| Point2::new(n[PLACE], n[PLACE + 1]);
     let in_reach = |at: Point2<f64>| (at - near).norm() <= settings.reach_px + 1.0;
@@ -136,7 +137,7 @@ fn fitted(
         if (at - fit.middle).norm() < 0.3 {
             break;
         }
-        fit = Fit::new(picture, at, window);
+        fit = Fit::new(picture.gray(), at, window);
         (numbers, sum) = fit.solve(numbers).ok_or(NoCrossing::Unsettled)?;
     }
     let at = crossing(&numbers);
@@ -283,6 +284,14 @@ impl Painted {
         Self { sin, cos, bend: n[BEND + k], half, soft, width: (2.0 * half / soft).min(60.0).exp() }
     }
 
+    /// How much the line covers at a place.
+    fn share(&self, r: &Vector2<f64>) -> f64 {
+        let (along, across) = (r.x * self.cos + r.y * self.sin, r.y * self.cos - r.x * self.sin);
+        let d = across - 0.5 * self.bend * along * along;
+        let e = (2.0 * d / self.soft).clamp(-60.0, 60.0).exp();
+        1.0 / (1.0 + e / self.width) - 1.0 / (1.0 + e * self.width)
+    }
+
     /// ½ tanh(u) = ½ − 1 / (1 + exp 2u) needs one exponential for both edges.
     fn cover(&self, r: &Vector2<f64>) -> Cover {
         let (along, across) = (r.x * self.cos + r.y * self.sin, r.y * self.cos - r.x * self.sin);
@@ -307,15 +316,18 @@ impl Painted {
 }
 
 impl Fit {
-    fn new(picture: &Spline, middle: Point2<f64>, window: usize) -> Self {
+    fn new(picture: &Gray, middle: Point2<f64>, window: usize) -> Self {
         let side = 2 * window + 1;
         let radius = window as f64;
         let spread = 0.55 * radius;
-        // The pixels' own middles: between them the spline would blur the noise and hide it.
+        // The pixels themselves: smoothing would round the corners between the lines.
         let corner = middle.map(|c| c.floor() + 0.5 - radius);
-        let places: Vec<Point2<f64>> =
-            (0..side * side).map(|i| corner + Vector2::new((i % side) as f64, (i / side) as f64)).collect();
-        let values = places.iter().map(|p| picture.sample(p).value).collect();
+        // A disc: the corners of a square weigh little and cost as much.
+        let places: Vec<Point2<f64>> = (0..side * side)
+            .map(|i| corner + Vector2::new((i % side) as f64, (i / side) as f64))
+            .filter(|p| (p - middle).norm() <= radius)
+            .collect();
+        let values = places.iter().map(|p| f64::from(picture.at(p.x as isize, p.y as isize))).collect();
         let weights = places.iter().map(|p| (-(p - middle).norm_squared() / (2.0 * spread * spread)).exp()).collect();
         Self { middle, radius, places, values, weights }
     }
@@ -363,7 +375,13 @@ impl Fit {
     /// Weighted sum of squares, the light's and the paint's alone and with what is held.
     fn sums(&self, n: &Numbers) -> [f64; 2] {
         let lines = [Painted::of(n, 0), Painted::of(n, 1)];
-        let one = |((p, v), w): ((&Point2<f64>, &f64), &f64)| w * (self.model(n, &lines, p).0 - v).powi(2);
+        let at = Point2::new(n[PLACE], n[PLACE + 1]);
+        let value = |p: &Point2<f64>| {
+            let (m, r) = (p - self.middle, p - at);
+            let bare = (1.0 - lines[0].share(&r)) * (1.0 - lines[1].share(&r));
+            n[0] + n[1] * m.x + n[2] * m.y - n[PAINT] * (1.0 - bare)
+        };
+        let one = |((p, v), w): ((&Point2<f64>, &f64), &f64)| w * (value(p) - v).powi(2);
         let sum: f64 = self.places.iter().zip(&self.values).zip(&self.weights).map(one).sum();
         [sum, sum + self.held(n).iter().map(|h| h.0 * h.0).sum::<f64>()]
     }
@@ -446,12 +464,11 @@ impl Fit {
 
 #[cfg(test)]
 mod tests {
-    use super::super::gray::Gray;
     use super::*;
     use crate::face::patches::Noise;
 
     /// Painted lines 1.8 px wide with sharp edges, blurred by taking 8 × 8 samples a pixel: not the model's own profile.
-    fn painted(crossing: [f64; 2], angles: [f64; 2], noise: f64, seed: u64) -> Spline {
+    fn painted(crossing: [f64; 2], angles: [f64; 2], noise: f64, seed: u64) -> Prepared {
         let mut random = Noise(seed);
         let values = (0..60 * 60).map(|i| {
             let (x, y) = (f64::from(i % 60), f64::from(i / 60));
@@ -464,7 +481,7 @@ mod tests {
             }
             (150.0 + 0.4 * x - 0.2 * y - 70.0 * dark + noise * random.normal()) as f32
         });
-        Spline::of(&Gray::new(60, 60, values.collect()).unwrap())
+        Prepared::of(Gray::new(60, 60, values.collect()).unwrap())
     }
 
     #[test]
@@ -517,7 +534,7 @@ mod tests {
     #[test]
     fn the_derivatives_are_those_of_the_model() {
         let picture = painted([30.0, 30.0], [0.1, 1.4], 0.0, 7);
-        let fit = Fit::new(&picture, Point2::new(30.0, 30.0), 8);
+        let fit = Fit::new(picture.gray(), Point2::new(30.0, 30.0), 8);
         let n =
             Numbers::from_column_slice(&[150.0, 0.3, -0.2, 60.0, 0.2, 0.6, 0.8, 0.15, 1.45, 0.01, -0.02, 30.4, 29.8]);
         let value = |n: &Numbers, p: &Point2<f64>| fit.model(n, &[Painted::of(n, 0), Painted::of(n, 1)], p);

@@ -3,13 +3,17 @@
 //! Nothing here changes a project. What is found is a proposal with its doubt: a place, a standard error, a confidence.
 //!
 //! ```text
-//!  picture ─▶ Gray ─▶ Spline ─┬▶ patch (one neighbourhood, sub-pixel) ─▶ tracking (many points, led by their neighbours, checked)
-//!                             └▶ grid_crossing (two painted lines, sub-pixel)
+//!  picture ─▶ prepared ─┬▶ patch: one neighbourhood, sub-pixel ──────┬▶ tracking: many points, led by their neighbours ─▶ confidence
+//!                       └▶ grid_crossing ─▶ grid: which one is which ┘
 //! ```
 
+pub mod confidence;
 pub mod gray;
+pub mod grid;
 pub mod grid_crossing;
+pub mod lead;
 pub mod patch;
+pub mod prepared;
 pub mod tracking;
 
 pub use gray::{Gray, Spline};

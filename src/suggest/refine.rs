@@ -1,13 +1,13 @@
 //! One press of the hand, sharpened: to the crossing of painted lines under it, or to where the skin of the first frame is found again.
 //!
-//! Both pictures are prepared once a frame ([`Prepared::of`]: 15 ms and 11 bytes a pixel for 1036 × 1036 on two cores); a call then takes
-//! one or two milliseconds. A call changes nothing; its answer is a proposal with a standard error.
+//! Both pictures are prepared once a frame ([`Prepared::of`]: 10 ms and 10 bytes a pixel for 1036 × 1036); a call then takes one or two
+//! milliseconds. A call changes nothing; its answer is a proposal with a standard error.
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
 use crate::marking::grid_crossing::{self, Crossing, CrossingSettings, NoCrossing};
-use crate::marking::patch::{Lost, Match, Patch, PatchSettings};
-use crate::marking::tracking::{self, Prepared};
+use crate::marking::patch::{self, Guess, Lost, Match, PatchSettings};
+use crate::marking::tracking::Prepared;
 use crate::pipeline::Outcome;
 
 /// A place found with sub-pixel accuracy.
@@ -75,15 +75,17 @@ pub enum Why {
 /// A vertex this near to a crossing in the first frame is carried by it, mm.
 const ON_CROSSING_MM: f64 = 0.4;
 /// Half the side of the neighbourhood that is looked for, mm, and its limits in px.
-const TEMPLATE_MM: f64 = 2.6;
-const TEMPLATE_PX: [f64; 2] = [7.0, 24.0];
+const TEMPLATE_MM: f64 = 5.0;
+const TEMPLATE_PX: [f64; 2] = [8.0, 80.0];
+/// Least correlation of what is found, between noisy pictures.
+const LEAST_CORRELATION: f64 = 0.35;
 /// How far from the press the skin may be found, mm.
 const REACH_MM: f64 = 2.0;
 
 /// The crossing of two painted lines nearest to a place in one picture.
 pub fn snap(picture: &Prepared, outcome: &Outcome, near: Point2<f64>) -> Result<Refined, Why> {
     let settings = CrossingSettings::at_scale(outcome.camera.px_per_mm);
-    let found = grid_crossing::find(picture.spline(), near, &settings)?;
+    let found = grid_crossing::find(picture, near, &settings)?;
     Ok(Refined::of_crossing(&found, found.at))
 }
 
@@ -102,11 +104,11 @@ pub fn refine(
     let own = outcome.first_in_image.get(vertex as usize).ok_or(Why::NoVertex)?;
     let mm = outcome.camera.px_per_mm;
     let beside = CrossingSettings { reach_px: (ON_CROSSING_MM * mm).max(1.5), ..CrossingSettings::at_scale(mm) };
-    if let Ok(from) = grid_crossing::find(first.spline(), *own, &beside) {
+    if let Ok(from) = grid_crossing::find(first, *own, &beside) {
         let offset = own - from.at;
         // A crossing at the edge of the reach may be reported a little beyond it.
         if offset.norm() <= beside.reach_px
-            && let Ok(to) = grid_crossing::find(last.spline(), near - offset, &CrossingSettings::at_scale(mm))
+            && let Ok(to) = grid_crossing::find(last, near - offset, &CrossingSettings::at_scale(mm))
         {
             let stretch =
                 template(first, last, own, to.at + offset, mm).map_or_else(|_| Matrix2::identity(), |m| m.warp);
@@ -130,7 +132,8 @@ pub fn refine(
     })
 }
 
-/// The neighbourhood of the first frame, found near a place of the last: coarse first, so that a press some pixels off is forgiven.
+/// The neighbourhood of the first frame, found near a place of the last: in the pictures of half the size first, so that a press some
+/// pixels off is forgiven.
 fn template(
     first: &Prepared,
     last: &Prepared,
@@ -138,16 +141,21 @@ fn template(
     near: Point2<f64>,
     px_per_mm: f64,
 ) -> Result<Match, Lost> {
-    let radius = (TEMPLATE_MM * px_per_mm).clamp(TEMPLATE_PX[0], TEMPLATE_PX[1]).round() as usize;
-    let near = tracking::roughly(first, last, own, &near, REACH_MM * px_per_mm).unwrap_or(near);
-    let wide =
-        PatchSettings { radius_px: 2 * radius, stride_px: 2, least_correlation: 0.5, ..PatchSettings::default() };
-    let start = Patch::cut(first.spline(), *own, wide).and_then(|p| p.find(last.spline(), near));
-    let (at, warp) = start.map_or((near, Matrix2::identity()), |m| (m.at, m.warp));
-    let close = PatchSettings { radius_px: radius, ..PatchSettings::default() };
-    let sharp = Patch::cut(first.spline(), *own, close).and_then(|p| p.find_from(last.spline(), at, warp));
-    // Where the skin close by is too even, the wide neighbourhood is the answer.
-    sharp.or_else(|why| start.ok().filter(|m| m.correlation >= close.least_correlation).ok_or(why))
+    let radius_px = (TEMPLATE_MM * px_per_mm).clamp(TEMPLATE_PX[0], TEMPLATE_PX[1]);
+    let (a, level) = first.level(1);
+    let (b, _) = last.level(1);
+    let scale = f64::from(1_u32 << level);
+    let small = |p: &Point2<f64>| p.map(|c| (c - 0.5) / scale + 0.5);
+    let coarse = PatchSettings { radius_px: 0.9 * radius_px, samples: 8, most_steps: 20, ..PatchSettings::default() };
+    let start = patch::find(a, b, small(own), &Guess::at(small(&near)), &coarse);
+    let guess = start.map_or(Guess::at(near), |m| Guess {
+        at: own + (m.at - small(own)) * scale,
+        warp: m.warp,
+        bend: m.bend.map(|axis| axis.map(|v| v / scale)),
+    });
+    let sharp = PatchSettings { radius_px, samples: 11, ..PatchSettings::default() };
+    let found = patch::find(first.spline(), last.spline(), *own, &guess, &sharp)?;
+    if found.correlation < LEAST_CORRELATION { Err(Lost::Unlike) } else { Ok(found) }
 }
 
 impl Refined {
