@@ -59,11 +59,8 @@ pub fn pieces(picture: &Prepared, about: &[Point2<f64>], px_per_mm: f64) -> Vec<
     let settings = CrossingSettings::at_scale(px_per_mm);
     let stride = (about.len() / TRIES).max(1);
     let tried: Vec<&Point2<f64>> = about.iter().step_by(stride).collect();
-    let mut starts: Vec<Crossing> = tried
-        .par_iter()
-        .filter_map(|at| grid_crossing::find(picture, **at, &settings).ok())
-        .filter(|c| trusted(c))
-        .collect();
+    let mut starts: Vec<Crossing> =
+        tried.par_iter().filter_map(|at| grid_crossing::find(picture, **at, &settings).ok()).filter(trusted).collect();
     starts.sort_by(|a, b| a.residual.total_cmp(&b.residual));
     let walk = Walk { picture, settings, farthest: FARTHEST_MM * px_per_mm };
     let mut found: Vec<Piece> = Vec::new();

@@ -119,6 +119,30 @@ pub fn find(
     Window::cut(first, from, radius, settings.samples).search(last, guess, settings)
 }
 
+/// As [`find`], and then once more with a neighbourhood of half the size where the pictures are clear enough for that: a small one follows
+/// skin that bends better, a large one withstands noise.
+pub fn find_finest(
+    first: &Spline,
+    last: &Spline,
+    from: Point2<f64>,
+    guess: &Guess,
+    settings: &PatchSettings,
+) -> Result<Match, Lost> {
+    let wide = find(first, last, from, guess, settings)?;
+    let error = |m: &Match| m.sigma_px[0].max(m.sigma_px[1]);
+    // A quarter of the pixels have twice the error.
+    if 2.0 * error(&wide) > CLEAR_PX {
+        return Ok(wide);
+    }
+    let guess = Guess { at: wide.at, warp: wide.warp, bend: wide.bend };
+    let close = PatchSettings { radius_px: 0.5 * settings.radius_px, ..*settings };
+    let found = find(first, last, from, &guess, &close).ok();
+    Ok(found.filter(|m| error(m) < CLEAR_PX && (m.at - wide.at).norm() < 0.2 * settings.radius_px).unwrap_or(wide))
+}
+
+/// Standard error below which the smaller neighbourhood is the better one, px: what skin bends within the larger weighs more.
+const CLEAR_PX: f64 = 0.06;
+
 /// A neighbourhood of the first picture. Offsets are in shares of its radius, so that all numbers of a warp are of one size: px.
 struct Window {
     from: Point2<f64>,
@@ -137,12 +161,12 @@ struct Sampled {
 
 impl Window {
     fn cut(first: &Spline, from: Point2<f64>, radius: f64, samples: usize) -> Self {
-        let samples = samples.clamp(3, 32) as i32;
-        let mut points = Vec::with_capacity((4 * samples * samples) as usize);
+        let samples = samples.clamp(3, 32).cast_signed();
+        let mut points = Vec::with_capacity((4 * samples * samples).cast_unsigned());
         let mut total = 0.0;
         for j in -samples..=samples {
             for i in -samples..=samples {
-                let offset = Vector2::new(f64::from(i), f64::from(j)) / f64::from(samples);
+                let offset = Vector2::new(i as f64, j as f64) / samples as f64;
                 // A disc: the corners of a square are farthest away and bend most.
                 if offset.norm_squared() > 1.0 {
                     continue;
@@ -193,7 +217,8 @@ impl Window {
             let moved = Vector2::new(step[0], step[WARP]).norm();
             let shape = (1..3).map(|k| step[k].abs() + step[WARP + k].abs()).sum::<f64>();
             let away = Vector2::new(n[0], n[WARP]) - shift;
-            if !(away.norm() < far && n[2 * WARP] > 0.1) {
+            let sane = away.norm() < far && n[2 * WARP] > 0.1;
+            if !sane {
                 return Err(Lost::Unsettled);
             }
             last_step = moved + 0.25 * shape;
@@ -273,7 +298,7 @@ impl Window {
         let variance = squares / self.total;
         let noise = variance.max(LEAST_NOISE * LEAST_NOISE);
         let slope = matrix[(0, 0)].min(matrix[(WARP, WARP)]) / self.total;
-        if !(slope > LEAST_SLOPE * LEAST_SLOPE) {
+        if slope.is_nan() || slope <= LEAST_SLOPE * LEAST_SLOPE {
             return Err(Lost::TooEven);
         }
         let mut held = matrix;

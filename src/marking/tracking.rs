@@ -106,6 +106,9 @@ pub struct Tracks {
     pub leaders: Vec<Leader>,
 }
 
+/// What is known of a point while it is looked for; none of one that a hand has marked.
+type Answer = Option<Result<Match, Lost>>;
+
 /// Most scouts.
 const SCOUTS: usize = 170;
 /// Half the side of a scout's neighbourhood at each level, px of it; the picture itself first (not used).
@@ -157,16 +160,9 @@ impl<'a> Tracker<'a> {
             leaders.extend(&field);
         }
         let mut answers = self.all(last, &leaders, &field, &grid);
-        let found = |answers: &[Option<Result<Match, Lost>>]| -> Vec<Option<Leader>> {
-            let of = |(p, a): (&Point, &Option<Result<Match, Lost>>)| {
-                let m = a.as_ref()?.as_ref().ok()?;
-                Some(Leader { first: p.first, last: m.at, sigma_px: m.sigma_px[0].hypot(m.sigma_px[1]) })
-            };
-            self.points.iter().zip(answers).map(of).collect()
-        };
         // Where the skin was found leads those that were not, once: nearer, and finer than the field.
         leaders.truncate(anchors);
-        leaders.extend(found(&answers).into_iter().flatten());
+        leaders.extend(self.found(&answers).into_iter().flatten());
         let again: Vec<(usize, Result<Match, Lost>)> = (0..self.points.len())
             .into_par_iter()
             .filter(|i| matches!(answers[*i], Some(Err(Lost::Unsettled | Lost::Unlike))))
@@ -175,7 +171,7 @@ impl<'a> Tracker<'a> {
         for (i, result) in again {
             answers[i] = Some(result);
         }
-        self.judged(answers, &found, &known, grid)
+        self.judged(answers, &known, grid)
     }
 
     /// The motion of some of the points, coarse to fine. `known` places stay.
@@ -220,13 +216,7 @@ impl<'a> Tracker<'a> {
     }
 
     /// Every point that is not known, each from where the leaders lead.
-    fn all(
-        &self,
-        last: &Prepared,
-        leaders: &[Leader],
-        field: &[Leader],
-        grid: &[Carried],
-    ) -> Vec<Option<Result<Match, Lost>>> {
+    fn all(&self, last: &Prepared, leaders: &[Leader], field: &[Leader], grid: &[Carried]) -> Vec<Answer> {
         let far = 3.0 * MOST_CELL_MM * self.settings.px_per_mm;
         let one = |p: &Point| {
             if p.known.is_some() {
@@ -252,7 +242,7 @@ impl<'a> Tracker<'a> {
             guess.at = c.last.at + guess.warp * (at - c.first.at);
         }
         let radius_px = (mm * s.px_per_mm).clamp(8.0, 80.0);
-        let found = patch::find(
+        let found = patch::find_finest(
             self.first.spline(),
             last.spline(),
             *at,
@@ -266,23 +256,26 @@ impl<'a> Tracker<'a> {
         Ok(found)
     }
 
+    /// The points that were found, as leaders of others.
+    fn found(&self, answers: &[Answer]) -> Vec<Option<Leader>> {
+        let of = |(p, a): (&Point, &Answer)| {
+            let m = a.as_ref()?.as_ref().ok()?;
+            Some(Leader { first: p.first, last: m.at, sigma_px: m.sigma_px[0].hypot(m.sigma_px[1]) })
+        };
+        self.points.iter().zip(answers).map(of).collect()
+    }
+
     /// What the neighbours say of each, and how sure it is.
-    fn judged(
-        &self,
-        answers: Vec<Option<Result<Match, Lost>>>,
-        found: &dyn Fn(&[Option<Result<Match, Lost>>]) -> Vec<Option<Leader>>,
-        known: &[Leader],
-        grid: Vec<Carried>,
-    ) -> Tracks {
+    fn judged(&self, answers: Vec<Answer>, known: &[Leader], grid: Vec<Carried>) -> Tracks {
         let mut leaders = known.to_vec();
         let mut own = vec![None; answers.len()];
-        for (i, leader) in found(&answers).into_iter().enumerate() {
+        for (i, leader) in self.found(&answers).into_iter().enumerate() {
             if let Some(leader) = leader {
                 own[i] = Some(leaders.len());
                 leaders.push(leader);
             }
         }
-        let judge = |(i, answer): (usize, Option<Result<Match, Lost>>)| {
+        let judge = |(i, answer): (usize, Answer)| {
             let m = match answer? {
                 Ok(m) => m,
                 Err(lost) => return Some(Err(lost)),

@@ -154,7 +154,7 @@ fn template(
         bend: m.bend.map(|axis| axis.map(|v| v / scale)),
     });
     let sharp = PatchSettings { radius_px, samples: 11, ..PatchSettings::default() };
-    let found = patch::find(first.spline(), last.spline(), *own, &guess, &sharp)?;
+    let found = patch::find_finest(first.spline(), last.spline(), *own, &guess, &sharp)?;
     if found.correlation < LEAST_CORRELATION { Err(Lost::Unlike) } else { Ok(found) }
 }
 
