@@ -1,6 +1,7 @@
 //! Studies: scenes whose truth is known, against which the chain is measured.
 
 pub mod face_fit;
+pub mod marking_trial;
 pub mod people;
 pub mod scene;
 pub mod twin;
