@@ -207,7 +207,7 @@ mod tests {
         let marked = project.features.values().filter(|f| f.last.is_some()).count();
         println!("{} of {marked}: median {:.3} px", errors.len(), errors[errors.len() / 2]);
         assert!(errors.len() * 10 > marked * 8, "{} of {marked}", errors.len());
-        assert!(errors[errors.len() / 2] < 0.3, "{}", errors[errors.len() / 2]);
+        assert!(errors[errors.len() / 2] < 0.4, "{}", errors[errors.len() / 2]);
     }
 
     #[test]

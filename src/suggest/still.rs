@@ -84,7 +84,7 @@ mod tests {
         let mut candidates: Vec<Suggestion> = still
             .map(|(&vertex, f)| {
                 let at = f.last.unwrap().at_px.into();
-                Suggestion { vertex, at, confidence: 0.95, method: Source::Tracked }
+                Suggestion { vertex, at, confidence: 0.95, method: Source::Tracked, crossing: None }
             })
             .collect();
         let clean = propose(&project, &outcome, &candidates, 0.9);
