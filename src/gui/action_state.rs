@@ -144,6 +144,8 @@ impl ActionState {
             Action::Nudge(..) => self.selected.is_some() || !in_frames,
             Action::Fit | Action::ZoomIn | Action::ZoomOut => self.frames || !in_frames,
             Action::MatchPanes | Action::Clahe => in_frames && self.frames,
+            // Nothing shows these switches elsewhere.
+            Action::Snap | Action::Suggest => in_frames,
             _ => true,
         }
     }
