@@ -155,7 +155,7 @@ impl Pictures for Piped {
         let mut asked = Command::new(&self.ffmpeg);
         asked.args(["-v", "error", "-nostdin", "-protocol_whitelist", "file,pipe", "-i"]).arg(argument(path));
         asked.args(["-map", "0:v:0", "-fps_mode", "passthrough"]);
-        asked.args(["-f", "image2pipe", "-c:v", "ppm", "-"]);
+        asked.args(["-pix_fmt", "rgb24", "-f", "image2pipe", "-c:v", "ppm", "-"]);
         let mut running = Running::start(&mut asked, path)?;
         let Some(out) = running.child.stdout.take() else { return Ok(()) };
         let mut reader = BufReader::with_capacity(1 << 20, out);

@@ -102,7 +102,7 @@ pub fn show(ui: &mut egui::Ui, view: &mut FilmView, commands: &mut Vec<Command>)
     ui.add_space(8.0);
     known.wanted = view.chosen;
     let ready = known.count > 1 && view.chosen[0] != view.chosen[1];
-    let (count, motion) = (known.count, known.motion.clone());
+    let (count, looked_through) = (known.count, known.motion.is_some());
     drop(known);
     let mut close = false;
     ui.horizontal(|ui| {
@@ -112,7 +112,7 @@ pub fn show(ui: &mut egui::Ui, view: &mut FilmView, commands: &mut Vec<Command>)
         }
         close |= ui.button("Cancel").clicked();
         ui.add_space(16.0);
-        let again = ui.add_enabled(view.touched && motion.is_some(), egui::Button::new("Propose again"));
+        let again = ui.add_enabled(view.touched && looked_through, egui::Button::new("Propose again"));
         if again.on_hover_text("Take the frames that the motion proposes.").clicked() {
             view.touched = false;
         }
