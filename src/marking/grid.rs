@@ -47,6 +47,8 @@ pub struct Carried {
 const FEWEST: usize = 6;
 /// Places at which a first crossing is looked for: with lines 8 mm apart one in seven lies near a crossing.
 const TRIES: usize = 56;
+/// So many crossings to start from are enough.
+const BATCH: usize = 4;
 /// Farthest distance of two lines, mm.
 const FARTHEST_MM: f64 = 22.0;
 /// What a fit may leave unexplained, as a share of the paint's contrast.
@@ -58,9 +60,18 @@ const MOST_SIGMA_PX: f64 = 0.25;
 pub fn pieces(picture: &Prepared, about: &[Point2<f64>], px_per_mm: f64) -> Vec<Piece> {
     let settings = CrossingSettings::at_scale(px_per_mm);
     let stride = (about.len() / TRIES).max(1);
-    let tried: Vec<&Point2<f64>> = about.iter().step_by(stride).collect();
-    let mut starts: Vec<Crossing> =
-        tried.par_iter().filter_map(|at| grid_crossing::find(picture, **at, &settings).ok()).filter(trusted).collect();
+    // In an order that covers the face early.
+    let spread: Vec<&Point2<f64>> = about.iter().step_by(stride).collect();
+    let tried: Vec<&Point2<f64>> = (0..8).flat_map(|k| spread.iter().skip(k).step_by(8).copied()).collect();
+    let mut starts: Vec<Crossing> = Vec::new();
+    for some in tried.chunks(2 * BATCH) {
+        starts.par_extend(
+            some.par_iter().filter_map(|at| grid_crossing::find(picture, **at, &settings).ok()).filter(trusted),
+        );
+        if starts.len() >= BATCH {
+            break;
+        }
+    }
     starts.sort_by(|a, b| a.residual.total_cmp(&b.residual));
     let walk = Walk { picture, settings, farthest: FARTHEST_MM * px_per_mm };
     let mut found: Vec<Piece> = Vec::new();
@@ -79,6 +90,21 @@ fn trusted(c: &Crossing) -> bool {
     c.residual < MOST_LEFT && c.sigma_px.iter().all(|s| *s < MOST_SIGMA_PX)
 }
 
+/// Where a way led.
+struct Met {
+    /// The crossing where it began, and the line that it followed.
+    from: usize,
+    line: usize,
+    /// Column and row that this gives.
+    label: (i32, i32),
+    /// The line's direction there.
+    direction: Vector2<f64>,
+    /// About the crossing, px.
+    at: Point2<f64>,
+    /// Crossings nearer than this are one, px.
+    near: f64,
+}
+
 struct Walk<'a> {
     picture: &'a Prepared,
     settings: CrossingSettings,
@@ -94,45 +120,59 @@ impl Walk<'_> {
         let mut points = vec![GridPoint { column: 0, row: 0, crossing: start }];
         let mut suspect = vec![false];
         let mut index = BTreeMap::from([((0, 0), 0_usize)]);
-        let mut open = VecDeque::from([0_usize]);
+        let mut open = vec![0_usize];
         let mut links = BTreeSet::new();
-        while let Some(i) = open.pop_front() {
-            let here = points[i];
-            // Ways to neighbours that are known already are walked as well: that they meet is the check.
-            for (line, way, [dc, dr]) in WAYS {
-                let Some((direction, at)) = self.next(&here.crossing, line, way) else { continue };
-                let label = (here.column + dc, here.row + dr);
-                let near = (0.7 * here.crossing.widths_px[1 - line]).max(2.5);
-                let mut same = points.iter().position(|p| (p.crossing.at - at).norm() < near);
-                if let (Some(a), Some(b)) = (index.get(&label), same)
-                    && *a == b
-                {
-                    links.insert((i, b));
-                    continue;
+        let at_place = |points: &[GridPoint], at: &Point2<f64>, near: f64| {
+            points.iter().position(|p| (p.crossing.at - at).norm() < near)
+        };
+        // Wave by wave, so that all ways of a wave are walked side by side. Ways to neighbours that are known already are walked as well:
+        // that they meet is the check.
+        while !open.is_empty() {
+            let ways: Vec<(usize, usize)> = open.iter().flat_map(|i| (0..WAYS.len()).map(|k| (*i, k))).collect();
+            let met: Vec<Met> =
+                ways.into_par_iter().filter_map(|(from, way)| self.next(&points[from], from, way)).collect();
+            let (mut asked, mut others): (Vec<Met>, Vec<Met>) = (Vec::new(), Vec::new());
+            for m in met {
+                let same = at_place(&points, &m.at, m.near);
+                if same.is_some() && index.get(&m.label).copied() == same {
+                    links.extend(same.map(|b| (m.from, b)));
+                } else if asked.iter().any(|a| a.label == m.label && (a.at - m.at).norm() < m.near) {
+                    // Several ways lead to one crossing: it is fitted once.
+                    others.push(m);
+                } else if same.is_some() || !seen.iter().any(|p| (p - m.at).norm() < m.near) {
+                    // What an earlier walk has met belongs to its piece, or was not certain there.
+                    asked.push(m);
                 }
-                // What an earlier walk has met belongs to its piece, or was not certain there.
-                if same.is_none() && seen.iter().any(|p| (p - at).norm() < near) {
-                    continue;
-                }
-                let Some(crossing) = self.crossing(&here.crossing, line, &direction, at) else { continue };
-                same = same.or_else(|| points.iter().position(|p| (p.crossing.at - crossing.at).norm() < near));
-                match (index.get(&label).copied(), same) {
+            }
+            let fitted: Vec<Option<Crossing>> =
+                asked.par_iter().map(|m| self.crossing(&points[m.from].crossing, m)).collect();
+            open.clear();
+            for (m, crossing) in asked.into_iter().zip(fitted) {
+                let Some(crossing) = crossing else { continue };
+                let same = at_place(&points, &crossing.at, m.near);
+                match (index.get(&m.label).copied(), same) {
                     (Some(a), Some(b)) if a == b => {
-                        links.insert((i, b));
+                        links.insert((m.from, b));
                     }
                     (None, None) => {
-                        links.insert((i, points.len()));
-                        index.insert(label, points.len());
-                        open.push_back(points.len());
-                        points.push(GridPoint { column: label.0, row: label.1, crossing });
+                        links.insert((m.from, points.len()));
+                        index.insert(m.label, points.len());
+                        open.push(points.len());
+                        points.push(GridPoint { column: m.label.0, row: m.label.1, crossing });
                         suspect.push(false);
                     }
                     (a, b) => {
                         // Two ways disagree: whoever is concerned is not told apart for certain.
-                        for k in [a, b, Some(i)].into_iter().flatten() {
+                        for k in [a, b, Some(m.from)].into_iter().flatten() {
                             suspect[k] = true;
                         }
                     }
+                }
+            }
+            for m in others {
+                let same = at_place(&points, &m.at, m.near);
+                if same.is_some() && index.get(&m.label).copied() == same {
+                    links.extend(same.map(|b| (m.from, b)));
                 }
             }
         }
@@ -141,10 +181,12 @@ impl Walk<'_> {
         hanging_together(&points, &certain, &links)
     }
 
-    /// Where the next line runs across one of the two lines, and the direction of the latter there.
-    fn next(&self, from: &Crossing, line: usize, way: f64) -> Option<(Vector2<f64>, Point2<f64>)> {
+    /// Where the next line runs across the line that one of the four ways follows.
+    fn next(&self, start: &GridPoint, index: usize, way: usize) -> Option<Met> {
+        let (line, sign, [dc, dr]) = WAYS[way];
+        let from = &start.crossing;
         let (width, across) = (from.widths_px[line], from.widths_px[1 - line]);
-        let mut direction = from.directions[line] * way;
+        let mut direction = from.directions[line] * sign;
         if line == 1 && from.directions[1].y < 0.0 {
             // Downwards counts up, whichever way the upright line's direction points.
             direction = -direction;
@@ -178,7 +220,14 @@ impl Walk<'_> {
                 }
             } else if let Some(begin) = entered {
                 let middle = at - direction * (gone - 0.5 * (begin + left));
-                return Some((direction, middle));
+                return Some(Met {
+                    from: index,
+                    line,
+                    label: (start.column + dc, start.row + dr),
+                    direction,
+                    at: middle,
+                    near: (0.7 * across).max(2.5),
+                });
             } else {
                 light += 0.3 * (0.5 * (a + b) - light);
                 // The middle of what is dark across the line.
@@ -213,11 +262,12 @@ impl Walk<'_> {
     }
 
     /// The crossing at a place that a line led to, if it is one like that where it began.
-    fn crossing(&self, from: &Crossing, line: usize, direction: &Vector2<f64>, at: Point2<f64>) -> Option<Crossing> {
-        let other = from.directions[1 - line];
-        let angles = [direction.y.atan2(direction.x), other.y.atan2(other.x)];
-        let near = CrossingSettings { reach_px: (0.8 * from.widths_px[1 - line]).max(3.0), ..self.settings };
-        let found = grid_crossing::find_along(self.picture, at, angles, &near).ok()?;
+    fn crossing(&self, from: &Crossing, met: &Met) -> Option<Crossing> {
+        let (line, other) = (met.line, from.directions[1 - met.line]);
+        let angles = [met.direction.y.atan2(met.direction.x), other.y.atan2(other.x)];
+        let widths = [from.widths_px[line], from.widths_px[1 - line]];
+        let near = CrossingSettings { reach_px: (0.8 * widths[1]).max(3.0), ..self.settings };
+        let found = grid_crossing::find_along(self.picture, met.at, angles, widths, &near).ok()?;
         let alike = (0.35..2.8).contains(&(found.contrast / from.contrast))
             && (0..2).all(|k| (0.4..2.5).contains(&(found.widths_px[k] / from.widths_px[k])));
         (alike && trusted(&found)).then_some(found)

@@ -103,18 +103,19 @@ pub fn find(picture: &Prepared, near: Point2<f64>, settings: &CrossingSettings) 
     fitted(picture, near, &start, settings)
 }
 
-/// As [`find`], beginning with lines of known directions (radians from the right, clockwise) at the place itself: without the search, and
-/// therefore about three times as fast.
+/// As [`find`], beginning with lines of known directions (radians from the right, clockwise) and widths at the place itself: without the
+/// search, and therefore about three times as fast.
 pub fn find_along(
     picture: &Prepared,
     near: Point2<f64>,
     angles: [f64; 2],
+    widths_px: [f64; 2],
     settings: &CrossingSettings,
 ) -> Result<Crossing, NoCrossing> {
     if !picture.spline().holds(&near, settings.window_px.clamp(3, 64) as f64) {
         return Err(NoCrossing::OutOfPicture);
     }
-    fitted(picture, near, &Start { at: near, angles }, settings)
+    fitted(picture, near, &Start { at: near, angles, widths_px: Some(widths_px) }, settings)
 }
 
 fn fitted(
@@ -173,6 +174,8 @@ fn fitted(
 struct Start {
     at: Point2<f64>,
     angles: [f64; 2],
+    /// Widths of the lines, where they are known.
+    widths_px: Option<[f64; 2]>,
 }
 
 /// The place within reach from which two directions are darkest beside those between them.
@@ -197,7 +200,7 @@ fn rough(picture: &Spline, near: Point2<f64>, settings: &CrossingSettings, windo
                     let light = mean[halfway].min(mean[(halfway + DIRECTIONS / 2) % DIRECTIONS]);
                     let dark = light - mean[a].max(mean[b]) - 0.15 * shift.norm();
                     if best.as_ref().is_none_or(|(d, _)| dark > *d) {
-                        best = Some((dark, Start { at, angles: [direction(a), direction(b)] }));
+                        best = Some((dark, Start { at, angles: [direction(a), direction(b)], widths_px: None }));
                     }
                 }
             }
@@ -225,7 +228,7 @@ impl Start {
         sorted.sort_by(f64::total_cmp);
         let at = |share: f64| sorted[((sorted.len() - 1) as f64 * share) as usize];
         let (low, high) = (at(0.1), at(0.9));
-        let half = 0.18 * fit.radius;
+        let halves = self.widths_px.map_or([0.18 * fit.radius; 2], |w| w.map(|w| 0.5 * w));
         let [first, second] = self.angles;
         Numbers::from_column_slice(&[
             high,
@@ -233,8 +236,8 @@ impl Start {
             0.0,
             high - low,
             0.0,
-            half.ln(),
-            half.ln(),
+            halves[0].ln(),
+            halves[1].ln(),
             first,
             second,
             0.0,

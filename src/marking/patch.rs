@@ -119,8 +119,8 @@ pub fn find(
     Window::cut(first, from, radius, settings.samples).search(last, guess, settings)
 }
 
-/// As [`find`], and then once more with a neighbourhood of half the size where the pictures are clear enough for that: a small one follows
-/// skin that bends better, a large one withstands noise.
+/// As [`find`], and then once more with a neighbourhood of half the size: where it tells clearly, or contradicts the larger, it is believed.
+/// A small one follows skin that bends better, a large one withstands noise.
 pub fn find_finest(
     first: &Spline,
     last: &Spline,
@@ -129,19 +129,21 @@ pub fn find_finest(
     settings: &PatchSettings,
 ) -> Result<Match, Lost> {
     let wide = find(first, last, from, guess, settings)?;
-    let error = |m: &Match| m.sigma_px[0].max(m.sigma_px[1]);
-    // A quarter of the pixels have twice the error.
-    if 2.0 * error(&wide) > CLEAR_PX {
-        return Ok(wide);
-    }
     let guess = Guess { at: wide.at, warp: wide.warp, bend: wide.bend };
-    let close = PatchSettings { radius_px: 0.5 * settings.radius_px, ..*settings };
-    let found = find(first, last, from, &guess, &close).ok();
-    Ok(found.filter(|m| error(m) < CLEAR_PX && (m.at - wide.at).norm() < 0.2 * settings.radius_px).unwrap_or(wide))
+    let samples = settings.samples.min(8);
+    let close = PatchSettings { radius_px: 0.5 * settings.radius_px, samples, ..*settings };
+    let better = find(first, last, from, &guess, &close).ok().filter(|m| {
+        let error = m.sigma_px[0].max(m.sigma_px[1]);
+        let apart = (m.at - wide.at).norm();
+        apart < 0.2 * settings.radius_px && (error < CLEAR_PX || apart > CONTRADICTS * error) && m.correlation > 0.5
+    });
+    Ok(better.unwrap_or(wide))
 }
 
 /// Standard error below which the smaller neighbourhood is the better one, px: what skin bends within the larger weighs more.
-const CLEAR_PX: f64 = 0.06;
+const CLEAR_PX: f64 = 0.05;
+/// So many standard errors apart the two contradict each other.
+const CONTRADICTS: f64 = 4.0;
 
 /// A neighbourhood of the first picture. Offsets are in shares of its radius, so that all numbers of a warp are of one size: px.
 struct Window {

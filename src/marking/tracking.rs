@@ -242,7 +242,7 @@ impl<'a> Tracker<'a> {
             guess.at = c.last.at + guess.warp * (at - c.first.at);
         }
         let radius_px = (mm * s.px_per_mm).clamp(8.0, 80.0);
-        let found = patch::find_finest(
+        let found = patch::find(
             self.first.spline(),
             last.spline(),
             *at,
