@@ -67,6 +67,8 @@ pub mod project;
 
 pub mod pipeline;
 
+pub mod doubt;
+
 pub mod suggest;
 
 pub mod study;

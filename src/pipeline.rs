@@ -34,6 +34,13 @@ pub struct Workspace {
     fill: Option<Kept<FillInput, Fill>>,
 }
 
+impl Workspace {
+    /// The springs of the last run.
+    pub fn springs(&self) -> Option<&Springs> {
+        self.springs.as_ref().map(|kept| &kept.value)
+    }
+}
+
 #[derive(Debug)]
 struct Kept<I, T> {
     from: I,

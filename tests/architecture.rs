@@ -19,6 +19,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("marking", 2),
     ("project", 3),
     ("pipeline", 4),
+    ("doubt", 5),
     ("suggest", 5),
     ("study", 5),
     ("export", 6),

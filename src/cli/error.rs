@@ -23,6 +23,9 @@ pub enum CliError {
     /// The project file.
     #[error(transparent)]
     Project(#[from] ProjectFileError),
+    /// Two projects cannot be compared.
+    #[error(transparent)]
+    NotComparable(#[from] crate::doubt::agreement::NotComparable),
     /// A frame's picture.
     #[error(transparent)]
     Frame(#[from] FrameError),

@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand. Exit status 0 done, 1 could not be done (one line says why), 2 wrong usage.
 
 mod check;
+mod compare;
 mod demo;
 mod error;
 mod export;
@@ -53,6 +54,8 @@ pub enum Command {
     Suggest(suggest::Arguments),
     /// Takes the first and the last frame of an expression out of a film; without numbers, by the motion.
     Frames(frames::Arguments),
+    /// Compares the marks of two projects on the same frames: bias, limits of agreement, the worst points.
+    Compare(compare::Arguments),
     /// Says everything that is wrong with a project.
     Check(check::Arguments),
 }
@@ -71,6 +74,7 @@ pub fn run(command: Command) -> ExitCode {
         Command::Suggest(arguments) => suggest::run(&arguments),
         Command::Import(arguments) => import::run(&arguments),
         Command::Frames(arguments) => frames::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
     };
     match done {

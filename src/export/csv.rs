@@ -6,9 +6,10 @@ use std::fmt::Write as _;
 
 use nalgebra::{Point2, Point3, Vector3};
 
+use crate::doubt::agreement::Difference;
 use crate::face::FaceModel;
 use crate::pipeline::Outcome;
-use crate::project::{Mark, MarkState, Project};
+use crate::project::{Mark, MarkState, PointId, Project};
 use crate::suggest::Suggestion;
 
 /// Header of [`forces`].
@@ -80,6 +81,26 @@ pub fn marks(project: &Project, face: &FaceModel) -> String {
         if let Some(mark) = &feature.last {
             row("last", &vertex.to_string(), "", mark);
         }
+    }
+    text
+}
+
+/// Header of [`differences`].
+pub const DIFFERENCES_HEADER: &str = "frame,id,a_x_px,a_y_px,b_x_px,b_y_px,dx_px,dy_px,distance_px,a_state,b_state";
+
+/// Points that two projects have marked, the farthest apart first; differences are B − A.
+pub fn differences(differences: &[Difference]) -> String {
+    let mut text = format!("{DIFFERENCES_HEADER}\n");
+    for d in differences {
+        let id = match &d.id {
+            PointId::Landmark(id) => quoted(id),
+            PointId::FeatureFirst(v) | PointId::FeatureLast(v) => v.to_string(),
+        };
+        let [a, b] = d.marks;
+        let _ = write!(text, "{},{id}", d.frame().word());
+        let places = a.at_px.into_iter().chain(b.at_px).chain(d.by_px);
+        numbers(&mut text, places.chain([d.distance_px()]));
+        let _ = writeln!(text, ",{},{}", state_word(a.state), state_word(b.state));
     }
     text
 }

@@ -8,6 +8,7 @@
 //! ```
 
 pub mod confidence;
+pub mod consistency;
 pub mod gray;
 pub mod grid;
 pub mod grid_crossing;

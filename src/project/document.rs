@@ -33,6 +33,9 @@ pub struct Project {
     /// Feature points, by vertex.
     #[serde(default)]
     pub features: BTreeMap<u32, Feature>,
+    /// Second, blind marks of feature points in the last frame, by vertex, px: they tell the hand's own error and are data of nothing else.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub repeats: BTreeMap<u32, [f64; 2]>,
     /// Choices for the stages of the chain.
     #[serde(default)]
     pub settings: Settings,

@@ -80,6 +80,10 @@ pub enum Edit {
     Clear(PointId),
     /// Removes all marks of the last frame.
     ClearLast,
+    /// Marks a feature point of the last frame a second time, px. The mark itself stays.
+    Repeat(u32, [f64; 2]),
+    /// Forgets all second marks.
+    ClearRepeats,
     /// Says what kind of skin a vertex is.
     SetRole(u32, Role),
     /// Sets the camera.
@@ -136,6 +140,7 @@ impl Edit {
                 project.face = source.clone();
                 project.landmarks.retain(|id, _| landmark_ids.contains(id));
                 project.features.retain(|v, _| v < vertices);
+                project.repeats.retain(|v, _| v < vertices);
             }
             Self::Put(id, at) => {
                 check_position(*at)?;
@@ -178,6 +183,11 @@ impl Edit {
                 }
                 drop_empty(project);
             }
+            Self::Repeat(vertex, at) => {
+                check_position(*at)?;
+                project.repeats.insert(*vertex, *at);
+            }
+            Self::ClearRepeats => project.repeats.clear(),
             Self::SetRole(vertex, role) => {
                 project.features.entry(*vertex).or_default().role = *role;
                 drop_empty(project);
@@ -223,6 +233,8 @@ impl Edit {
             Self::SetSigma(id, _) => format!("Set error of {id}"),
             Self::Clear(id) => format!("Clear {id}"),
             Self::ClearLast => "Clear all marks of the last frame".into(),
+            Self::Repeat(v, _) => format!("Mark point {v} again"),
+            Self::ClearRepeats => "Forget all second marks".into(),
             Self::SetRole(v, Role::Skin) => format!("Make point {v} ordinary skin"),
             Self::SetRole(v, Role::Still) => format!("Make point {v} a still point"),
             Self::SetRole(v, Role::Fixed) => format!("Fix point {v}"),

@@ -52,6 +52,9 @@ pub fn of_values(project: &Project) -> Vec<Fault> {
             }
         }
     }
+    for (vertex, at) in &project.repeats {
+        faults.note(&format!("repeats.{vertex}"), check_position(*at));
+    }
     faults.note("settings", check_settings(&project.settings));
     faults.0
 }
@@ -68,6 +71,9 @@ pub fn of_bindings(project: &Project, face: &FaceModel) -> Vec<Fault> {
         let reason =
             format!("the face “{}” has no vertex {vertex}: its vertices are 0 to {}", face.name(), vertices - 1);
         faults.add(format!("features.{vertex}"), reason);
+    }
+    for vertex in project.repeats.keys().filter(|v| **v as usize >= vertices) {
+        faults.add(format!("repeats.{vertex}"), format!("the face “{}” has no vertex {vertex}", face.name()));
     }
     faults.0
 }

@@ -1,0 +1,128 @@
+//! How far a mark lies from where its neighbours say it should be, in px and, through the springs, in newton.
+
+use nalgebra::{Point2, Point3, Vector3};
+
+use crate::face::FaceModel;
+use crate::forces::Springs;
+use crate::marking::consistency::{self, Expected};
+use crate::pipeline::Outcome;
+use crate::project::Project;
+use crate::skin::StressStrainCurve;
+
+/// A mark against its neighbours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap {
+    /// The vertex.
+    pub vertex: u32,
+    /// Where its neighbours say it went.
+    pub expected: Expected,
+    /// Distance of the mark from there, px.
+    pub px: f64,
+    /// How much the force on the vertex changes between the two places, N (or relative).
+    pub newton: f64,
+}
+
+impl Gap {
+    /// Whether the mark lies beyond what its own error and its neighbours' explain: 3.4 standard errors, which one good mark in three
+    /// hundred exceeds (Rayleigh).
+    pub fn stands_out(&self) -> bool {
+        self.px > STANDS_OUT * self.expected.sigma_px
+    }
+}
+
+/// exp(−3.4² / 2) = 0.003.
+pub const STANDS_OUT: f64 = 3.4;
+
+/// The marks of the last frame that count.
+pub(super) fn mark_of(project: &Project, vertex: u32) -> Option<Point2<f64>> {
+    let mark = project.features.get(&vertex)?.last.filter(|m| m.state.is_data())?;
+    Some(mark.at_px.into())
+}
+
+/// The gap of one marked point of the last frame; nothing where it is not marked or too few neighbours are.
+pub fn gap(project: &Project, face: &FaceModel, outcome: &Outcome, springs: &Springs, vertex: u32) -> Option<Gap> {
+    let mark = project.features.get(&vertex)?.last?;
+    let at = Point2::from(mark.at_px);
+    let sigma_px = project.sigma_px(&mark);
+    let marked = |v: u32| mark_of(project, v);
+    let expected = consistency::expected(face.mesh(), &outcome.first_in_image, &marked, vertex, sigma_px)?;
+    let here = *outcome.last.get(vertex as usize)?;
+    // The skin about the point is moved within the picture's plane, by as much as the picture says at its depth.
+    let camera = &outcome.camera;
+    let at_depth = |p: &Point2<f64>| camera.face_from_image(p, here.z);
+    let there = here + (at_depth(&expected.at) - at_depth(&at));
+    let curve = &project.settings.skin;
+    let change = pull(springs, curve, outcome, vertex, &here) - pull(springs, curve, outcome, vertex, &there);
+    Some(Gap { vertex, expected, px: (at - expected.at).norm(), newton: change.norm() })
+}
+
+/// The muscles' force on a vertex that stands at `at` while its neighbours stand as they are, N.
+fn pull(
+    springs: &Springs,
+    curve: &StressStrainCurve,
+    outcome: &Outcome,
+    vertex: u32,
+    at: &Point3<f64>,
+) -> Vector3<f64> {
+    let mut force = Vector3::zeros();
+    for &e in springs.springs_of_vertex(vertex as usize) {
+        let [a, b] = springs.edges()[e as usize];
+        let other = if a == vertex { b } else { a } as usize;
+        if !outcome.states[other].is_known() {
+            continue;
+        }
+        let along = at - outcome.last[other];
+        let length = along.norm();
+        if length > 0.0 {
+            force += along / length * springs.tension(e as usize, curve, length);
+        }
+    }
+    force
+}
+
+/// Every mark of the last frame against its neighbours, worst first: by the distance in standard errors.
+pub fn gaps(project: &Project, face: &FaceModel, outcome: &Outcome, springs: &Springs) -> Vec<Gap> {
+    let mut gaps: Vec<Gap> = project.features.keys().filter_map(|&v| gap(project, face, outcome, springs, v)).collect();
+    let in_errors = |g: &Gap| g.px / g.expected.sigma_px.max(1e-9);
+    gaps.sort_by(|a, b| in_errors(b).total_cmp(&in_errors(a)));
+    gaps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::{Workspace, solve};
+    use crate::project::{Edit, PointId, sample};
+
+    /// One mark of the sample is moved by 6 px. It heads the list, its gap is about those 6 px, and the newton are what the whole chain
+    /// finds on that vertex when the mark is put where the neighbours want it.
+    #[test]
+    fn a_mark_that_slipped_heads_the_list_with_the_force_that_it_costs() {
+        let (mut project, face) = (sample::project(), crate::face::generic());
+        // Depths stay, so that the chain moves the vertex in the plane of the picture as the gap does.
+        project.settings.depth = crate::displacement::DepthRule::FixedDepth;
+        let vertex = *project
+            .features
+            .iter()
+            .find(|(v, f)| {
+                let marked = |v: &u32| mark_of(&project, *v).is_some();
+                f.role == crate::project::Role::Skin && face.mesh().neighbours(**v as usize).iter().all(marked)
+            })
+            .unwrap()
+            .0;
+        let at = project.features[&vertex].last.unwrap().at_px;
+        Edit::Put(PointId::FeatureLast(vertex), [at[0] + 4.8, at[1] - 3.6]).apply(&mut project).unwrap();
+        let size = [1036, 1036];
+        let mut workspace = Workspace::default();
+        let outcome = solve(&project, face, size, &mut workspace);
+        let list = gaps(&project, face, &outcome, workspace.springs().unwrap());
+        assert_eq!(list[0].vertex, vertex);
+        assert!((list[0].px - 6.0).abs() < 1.5 && list[0].stands_out(), "{:?}", list[0]);
+        let mended = list[0].expected.at;
+        Edit::Put(PointId::FeatureLast(vertex), [mended.x, mended.y]).apply(&mut project).unwrap();
+        let after = solve(&project, face, size, &mut workspace);
+        let change = (outcome.field.force[vertex as usize] - after.field.force[vertex as usize]).norm();
+        // The head's motion is removed with a turn of a degree or so.
+        assert!((change - list[0].newton).abs() < 0.05 * change, "{change} {}", list[0].newton);
+    }
+}
