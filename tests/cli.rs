@@ -472,6 +472,40 @@ fn an_interrupt_leaves_nothing() {
     }
 }
 
+/// Every mark of the last frame of B lies (1.5, −2) px from that of A: bias (1.5, −2), no scatter, distance 2.5 throughout.
+#[test]
+fn compare_tells_the_bias_between_two_annotators() {
+    let dir = tempfile::tempdir().unwrap();
+    done(&["demo", "--out", text(dir.path())]);
+    let a = dir.path().join("sample.frontalis.json");
+    let mut json: serde_json::Value = serde_json::from_slice(&fs::read(&a).unwrap()).unwrap();
+    let mut moved = 0;
+    for feature in json["features"].as_object_mut().unwrap().values_mut() {
+        if let Some(at) = feature.get_mut("last").and_then(|l| l.get_mut("at_px")) {
+            let [x, y] = [0, 1].map(|k| at[k].as_f64().unwrap());
+            *at = serde_json::json!([x + 1.5, y - 2.0]);
+            moved += 1;
+        }
+    }
+    json["landmarks"] = serde_json::json!({});
+    let b = dir.path().join("b.frontalis.json");
+    fs::write(&b, json.to_string()).unwrap();
+    let out = dir.path().join("compared");
+    let said = done(&["compare", text(&a), text(&b), "--out", text(&out)]);
+    assert!(said.contains("x: bias +1.50, sd 0.00") && said.contains("y: bias -2.00"), "{said}");
+    let report: serde_json::Value = serde_json::from_slice(&fs::read(out.join("compare.json")).unwrap()).unwrap();
+    assert_eq!(report["summary"]["points"], moved);
+    assert!((report["summary"]["rms_px"].as_f64().unwrap() - 2.5).abs() < 1e-9);
+    assert_eq!(report["only_in_a"].as_array().unwrap().len(), 32, "the landmarks");
+    let rows = fs::read_to_string(out.join("compare.csv")).unwrap();
+    assert!(rows.starts_with("frame,id,a_x_px,a_y_px,b_x_px,b_y_px,dx_px,dy_px,distance_px,a_state,b_state\n"));
+    assert_eq!(rows.lines().count(), 1 + moved);
+
+    json["frames"]["last"]["sha256"] = "0".repeat(64).into();
+    fs::write(&b, json.to_string()).unwrap();
+    assert!(refused(&["compare", text(&a), text(&b)]).contains("not the same picture"));
+}
+
 #[test]
 fn suggest_writes_a_table_and_leaves_the_project_alone() {
     let dir = tempfile::tempdir().unwrap();

@@ -227,6 +227,7 @@ impl State {
             outcome: &self.outcome,
             face: &self.face,
             suggested: &self.suggested,
+            springs: None,
             stamp: self.stamp(),
         }
     }
@@ -250,7 +251,7 @@ impl State {
 fn panel(ui: &mut egui::Ui, state: &mut State) {
     let stamp = state.stamp();
     let State { project, face, outcome, view, focus, commands, suggested } = state;
-    let scene = Scene { project, outcome, face, suggested, stamp };
+    let scene = Scene { project, outcome, face, suggested, springs: None, stamp };
     forces::show(ui, scene, view, focus, commands);
     // As the application does.
     for command in commands.iter() {

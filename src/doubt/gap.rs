@@ -98,7 +98,7 @@ mod tests {
     /// finds on that vertex when the mark is put where the neighbours want it.
     #[test]
     fn a_mark_that_slipped_heads_the_list_with_the_force_that_it_costs() {
-        let (mut project, face) = (sample::project(), crate::face::generic());
+        let (mut project, face) = (sample::project().unwrap(), &*crate::face::generic());
         // Depths stay, so that the chain moves the vertex in the plane of the picture as the gap does.
         project.settings.depth = crate::displacement::DepthRule::FixedDepth;
         let vertex = *project

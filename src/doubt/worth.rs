@@ -86,7 +86,7 @@ mod tests {
     /// in either direction.
     #[test]
     fn the_worth_of_a_point_is_the_change_of_the_field_by_central_differences() {
-        let (mut project, face) = (sample::project(), crate::face::generic());
+        let (mut project, face) = (sample::project().unwrap(), &*crate::face::generic());
         project.settings.depth = crate::displacement::DepthRule::FixedDepth;
         project.settings.remove_head_motion = false;
         project.settings.unmarked = crate::displacement::UnmarkedRule::Inferred { reach_mm: 0.1 };
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn what_is_marked_is_left_out_and_the_stiffest_comes_first() {
-        let (mut project, face) = (sample::project(), crate::face::generic());
+        let (mut project, face) = (sample::project().unwrap(), &*crate::face::generic());
         let marked: Vec<u32> = project.features.iter().filter(|(_, f)| f.last.is_some()).map(|(v, _)| *v).collect();
         let open = &marked[..20];
         for v in open {

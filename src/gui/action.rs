@@ -118,6 +118,14 @@ pub enum Action {
     Refine,
     /// Suggest places for points without a mark, or not.
     Suggest,
+    /// Show what is in doubt.
+    ShowDoubt,
+    /// Go to the point whose mark would tell most.
+    NextWorth,
+    /// Mark a few points a second time, blind, or stop.
+    Again,
+    /// Compare with another project on the same frames, or stop.
+    Compare,
     /// Remove the mark.
     ClearMark,
     /// Protect the mark against the hand, or not.

@@ -51,6 +51,9 @@ struct Switches {
     range_locked: bool,
     suggest: bool,
     snap: bool,
+    doubt: bool,
+    again: bool,
+    comparing: bool,
 }
 
 impl ActionState {
@@ -119,6 +122,9 @@ impl ActionState {
                 range_locked: view.forces.range_is_locked(),
                 suggest: f.suggest.on,
                 snap: f.snap,
+                doubt: f.side == panels::frames::SideTab::Doubt,
+                again: f.doubt.again.is_some(),
+                comparing: f.doubt.other.is_some(),
             },
         }
     }
@@ -132,7 +138,7 @@ impl ActionState {
             Action::SaveFace | Action::SaveFaceAs | Action::UseFace | Action::TransferFace => self.face,
             Action::ClearMark if self.switches.workspace == Workspace::Face => self.slot,
             Action::Export => self.results,
-            Action::ClearLast => self.last_marks,
+            Action::ClearLast | Action::Again | Action::Compare => self.last_marks,
             Action::ClearMark | Action::Lock | Action::Occluded => self.mark.is_some(),
             Action::Uncertain => self.in_doubt.is_some(),
             Action::Refine => self.in_doubt.is_some_and(|s| s != MarkState::Locked) && in_frames,
@@ -172,6 +178,9 @@ impl ActionState {
             Action::Snap => s.snap,
             Action::ShowTable => s.table,
             Action::ShowHistory => s.history,
+            Action::ShowDoubt => s.doubt,
+            Action::Again => s.again,
+            Action::Compare => s.comparing,
             Action::LockRange => s.range_locked,
             Action::Dark => self.dark,
             Action::Light => !self.dark,

@@ -20,7 +20,7 @@ use crate::pipeline::{self, Outcome};
 use crate::project::autosave::{self, Named, Unnamed};
 use crate::project::recent::Recent;
 use crate::project::whole_file;
-use crate::project::{FaceSource, History, Project, Which};
+use crate::project::{FaceSource, History, PointId, Project, Which};
 use crate::suggest::Suggestion;
 
 /// Size of the picture while there is none, px: that of the thesis.
@@ -190,6 +190,11 @@ impl App {
         &self.outcome
     }
 
+    /// How far a marked point of the last frame lies from where its neighbours lead.
+    pub fn gap(&self, id: &PointId) -> Option<crate::doubt::Gap> {
+        super::panels::frames::doubt::gap_of(self.scene(), id)
+    }
+
     /// The suggestions that are shown for the points to mark.
     pub fn suggestions(&self) -> Vec<Suggestion> {
         let scene = self.scene();
@@ -287,10 +292,23 @@ impl App {
         let title = self.title();
         set_window_title(&ctx, &title);
         let Self {
-            document, outcome, face, view, pictures, jobs, commands, recent, stamp, face_work, suggesting, ..
+            document,
+            outcome,
+            face,
+            view,
+            pictures,
+            jobs,
+            commands,
+            recent,
+            stamp,
+            face_work,
+            suggesting,
+            solver,
+            ..
         } = self;
         let suggested = &suggesting.shown;
-        let scene = Scene { project: document.history.project(), outcome, face, suggested, stamp: *stamp };
+        let (project, springs) = (document.history.project(), solver.workspace.springs());
+        let scene = Scene { project, outcome, face, suggested, springs, stamp: *stamp };
         egui::Panel::top("menu").show(ui, |ui| panels::menu::show(ui, view, &title, &state, recent, commands));
         egui::Panel::bottom("status").exact_size(26.0).show(ui, |ui| {
             panels::status::show(ui, scene, view, jobs, commands);
@@ -318,7 +336,15 @@ impl App {
     /// What every panel may read.
     pub(super) fn scene(&self) -> Scene<'_> {
         let suggested = &self.suggesting.shown;
-        Scene { project: self.project(), outcome: &self.outcome, face: &self.face, suggested, stamp: self.stamp }
+        let springs = self.solver.workspace.springs();
+        Scene {
+            project: self.project(),
+            outcome: &self.outcome,
+            face: &self.face,
+            suggested,
+            springs,
+            stamp: self.stamp,
+        }
     }
 
     /// Fits another face from now on.

@@ -33,6 +33,8 @@ pub enum Command {
     Select(Option<PointId>),
     /// Select a point and move the panes so that it can be seen.
     JumpTo(PointId),
+    /// A point was marked again, blind: go to the next.
+    NextAgain,
     /// The guide has no further point to ask for: put the tool down, or say how many points were skipped.
     EndGuide,
     /// Go to the state after so many steps of the history.

@@ -22,6 +22,8 @@ pub enum Purpose {
     Frame(crate::project::Which),
     /// A file of marks.
     Marks,
+    /// Another project to compare with.
+    Compare,
     /// A film.
     Film,
     /// A folder for two frames of a film, whose own takes none.
@@ -53,6 +55,7 @@ impl Purpose {
             Self::Frame(crate::project::Which::First) => "Choose the first frame",
             Self::Frame(crate::project::Which::Last) => "Choose the last frame",
             Self::Marks => "Import marks",
+            Self::Compare => "Compare with project",
             Self::Film => "Open film",
             Self::StillsFolder(_) => "Choose a folder for the two frames",
             Self::FrameFolder => "Choose a folder of numbered frames",
@@ -71,6 +74,7 @@ impl Purpose {
             Self::Frames => "Type the paths of the two pictures, or drop them on the window.",
             Self::Frame(_) => "Type the path of the picture, or drop it on the window.",
             Self::Marks => "Type the path of a CSV, TPS or COCO file of marks.",
+            Self::Compare => "Type the path of the project to compare with.",
             Self::Film => "Type the path of the film, or drop it on the window.",
             Self::StillsFolder(_) => {
                 "The film's folder cannot be written. Type the path of a folder for the two frames, as pictures."
@@ -86,7 +90,7 @@ impl Purpose {
     /// Names of the paths to type.
     pub fn paths(&self) -> &'static [&'static str] {
         match self {
-            Self::OpenProject => &["Project"],
+            Self::OpenProject | Self::Compare => &["Project"],
             Self::SaveProject { .. } | Self::SaveFace { .. } => &["File"],
             Self::OpenMesh => &["Mesh"],
             Self::OpenFace => &["Face model"],
@@ -166,7 +170,7 @@ fn ask_and_send(purpose: &Purpose, sender: &Sender<Answer>, ctx: &egui::Context)
     let begun = Instant::now();
     let dialog = rfd::FileDialog::new().set_title(purpose.title());
     let files = match purpose {
-        Purpose::OpenProject => {
+        Purpose::OpenProject | Purpose::Compare => {
             dialog.add_filter("Frontalis project", &["frontalis", "json"]).pick_file().map(|f| vec![f])
         }
         Purpose::SaveProject { suggested, .. } => {

@@ -160,6 +160,7 @@ impl App {
             Purpose::OpenMesh | Purpose::OpenFace => self.read_face(first, ctx),
             Purpose::SaveFace { then, .. } => self.save_face_to(first, then.clone(), ctx),
             Purpose::Marks => self.import_marks(first, ctx),
+            Purpose::Compare => self.compare_with(&first),
             Purpose::Film | Purpose::FrameFolder => self.open_film(first, ctx),
             Purpose::StillsFolder(stills) => self.write_stills(stills.clone(), first, ctx),
             Purpose::ExportFolder => self.export(first, ctx),

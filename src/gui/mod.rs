@@ -6,6 +6,7 @@ pub mod action_table;
 pub mod app;
 pub mod command;
 pub mod dialogs;
+mod doubting;
 pub mod export_results;
 pub mod face_drawing;
 pub mod face_work;
@@ -41,6 +42,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::face::FaceModel;
+use crate::forces::Springs;
 use crate::pipeline::Outcome;
 use crate::project::Project;
 
@@ -55,6 +57,8 @@ pub struct Scene<'a> {
     pub face: &'a FaceModel,
     /// Places that are suggested for points without a mark: shown, never data.
     pub suggested: &'a suggesting::Suggested,
+    /// The springs of the outcome.
+    pub springs: Option<&'a Springs>,
     /// Which face and which outcome these are.
     pub stamp: Stamp,
 }

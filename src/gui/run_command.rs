@@ -60,6 +60,7 @@ impl App {
             Command::CancelGesture => self.document.history.cancel_gesture(),
             Command::Select(point) => self.select(point),
             Command::JumpTo(point) => self.jump_to(point),
+            Command::NextAgain => self.next_again(ctx),
             Command::EndGuide => self.end_guide(ctx),
             Command::GoToStep(step) => self.in_step_with_guide(|app| app.document.history.go_to(step)),
             Command::AskFiles(purpose) => self.dialogs.ask(ctx, purpose),
@@ -246,6 +247,7 @@ impl App {
                 frames.suggest.on = !frames.suggest.on;
                 self.suggesting.retry();
             }
+            Action::ShowDoubt | Action::NextWorth | Action::Again | Action::Compare => self.act_in_doubt(action, ctx),
             Action::ClearMark => self.on_selected(ctx, |id, _| Edit::Clear(id)),
             Action::Lock => self.toggle_state(MarkState::Locked, ctx),
             Action::Uncertain => self.toggle_uncertain(ctx),

@@ -61,7 +61,7 @@ pub fn crossing(scene: Scene<'_>, target: &Target, at: [f64; 2], zoom: f64) -> O
     let near = Point2::from(at);
     let prepared = |which: Which| scene.suggested.prepared(which);
     let found = match target {
-        Target::Point(PointId::FeatureLast(v)) => {
+        Target::Point(PointId::FeatureLast(v)) | Target::Again(v) => {
             suggest::refine(prepared(Which::First)?, prepared(Which::Last)?, scene.outcome, *v, near)
         }
         Target::Point(PointId::FeatureFirst(_)) | Target::ScaleEnd(_) => {

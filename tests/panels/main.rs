@@ -3,6 +3,7 @@
 #![cfg(feature = "gui")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod doubt;
 mod face;
 mod files;
 mod film;

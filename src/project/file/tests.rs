@@ -120,9 +120,10 @@ pub(crate) fn any_project() -> impl Strategy<Value = Project> {
     let marks = (
         prop::collection::btree_map("[a-z_]{1,12}", any_mark(), 0..5),
         prop::collection::btree_map(0..u32::MAX, feature, 0..6),
+        prop::collection::btree_map(0..u32::MAX, any_position(), 0..3),
     );
     (said, frames, face, camera, any_scale(), marks, any_settings()).prop_map(
-        |((name, notes), frames, face, camera, scale, (landmarks, features), settings)| Project {
+        |((name, notes), frames, face, camera, scale, (landmarks, features, repeats), settings)| Project {
             name,
             frames,
             face,
@@ -130,6 +131,7 @@ pub(crate) fn any_project() -> impl Strategy<Value = Project> {
             scale,
             landmarks,
             features,
+            repeats,
             settings,
             notes,
         },

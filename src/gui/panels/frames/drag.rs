@@ -62,6 +62,8 @@ pub enum Target {
     Point(PointId),
     /// One of the two ends of the scale.
     ScaleEnd(usize),
+    /// The second, blind mark of a vertex.
+    Again(u32),
 }
 
 /// What the pointer did in this pass, in order; of a run of motions only the last.
@@ -191,7 +193,16 @@ impl Press {
         selected: Option<&PointId>,
         commands: &mut Vec<Command>,
     ) {
-        if let Tool::ScalePoints { grid, first } = view.tool {
+        if let Some(v) = view.doubt.asked() {
+            if pane.which == Which::Last {
+                let at = pane.transform.image_from_ui(self.at);
+                commands.push(Command::BeginGesture);
+                let mut drag = Drag { began: true, places: true, ..self.drag(pane.which, Target::Again(v), at) };
+                drag.snap(pane, view.snap && !self.alone);
+                drag.put(pane, commands);
+                view.drag = Some(drag);
+            }
+        } else if let Tool::ScalePoints { grid, first } = view.tool {
             if pane.which == Which::First {
                 let hand = pane.transform.image_from_ui(self.at);
                 let snaps = grid && view.snap && !self.alone;
@@ -349,10 +360,12 @@ fn follow(
     } else if drag.asked.is_some() {
         commands.push(Command::Select(drag.asked));
     }
-    if drag.places
-        && let Target::Point(id) = &drag.target
-    {
-        commands.push(guide::next_after(pane.scene, chosen, id).map_or(Command::EndGuide, Command::JumpTo));
+    match &drag.target {
+        Target::Point(id) if drag.places => {
+            commands.push(guide::next_after(pane.scene, chosen, id).map_or(Command::EndGuide, Command::JumpTo));
+        }
+        Target::Again(_) => commands.push(Command::NextAgain),
+        _ => {}
     }
 }
 
@@ -360,7 +373,7 @@ impl Drag {
     /// Lets what is in the hand go to the crossing of painted lines beside it, if it is to snap and there is one.
     fn snap(&mut self, pane: &Pane<'_>, wanted: bool) {
         let grid = matches!(pane.scene.project.scale, Scale::GridPitch { .. });
-        let can = wanted && (grid || matches!(self.target, Target::Point(_)));
+        let can = wanted && (grid || matches!(self.target, Target::Point(_) | Target::Again(_)));
         let found = || snapping::crossing(pane.scene, &self.target, self.at, pane.transform.zoom);
         self.snapped = can.then(found).flatten();
     }
@@ -370,6 +383,7 @@ impl Drag {
         match &self.target {
             Target::Point(id) => put(id, self.mark(), pane, commands),
             Target::ScaleEnd(end) => move_scale_end(*end, self.mark(), pane, commands),
+            Target::Again(v) => commands.push(Command::Edit(Edit::Repeat(*v, self.mark()))),
         }
     }
 }

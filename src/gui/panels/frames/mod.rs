@@ -15,6 +15,8 @@ use crate::gui::suggesting::SuggestStyle;
 use crate::gui::{Command, Focus, Scene};
 use crate::project::{PointId, Which};
 
+pub mod doubt;
+pub mod doubt_marks;
 pub mod drag;
 pub mod face_picture;
 pub mod guide;
@@ -83,6 +85,8 @@ pub enum SideTab {
     Guide,
     /// Numbers and warnings.
     Results,
+    /// What is in doubt.
+    Doubt,
     /// Choices of the chain.
     Settings,
     /// The list of steps.
@@ -91,8 +95,13 @@ pub enum SideTab {
 
 impl SideTab {
     /// All of them, with their titles.
-    pub const ALL: [(Self, &'static str); 4] =
-        [(Self::Guide, "Guide"), (Self::Results, "Results"), (Self::Settings, "Settings"), (Self::History, "History")];
+    pub const ALL: [(Self, &'static str); 5] = [
+        (Self::Guide, "Guide"),
+        (Self::Doubt, "Doubt"),
+        (Self::Results, "Results"),
+        (Self::Settings, "Settings"),
+        (Self::History, "History"),
+    ];
 }
 
 /// One pane.
@@ -147,6 +156,10 @@ pub struct FramesView {
     pub trace: Option<Trace>,
     /// How suggestions are used.
     pub suggest: SuggestStyle,
+    /// What is in doubt.
+    pub doubt: doubt::DoubtView,
+    /// Marks to blame for folded triangles of the last frame.
+    pub guilty: Vec<u32>,
     /// What is being typed into the settings.
     pub settings: settings::SettingsView,
     /// The face ready for drawing, with the stamp of the face that it was made of.
@@ -176,6 +189,8 @@ impl Default for FramesView {
             snap: true,
             trace: None,
             suggest: SuggestStyle::default(),
+            doubt: doubt::DoubtView::default(),
+            guilty: Vec::new(),
             settings: settings::SettingsView::default(),
             drawing: None,
         }
@@ -257,11 +272,13 @@ pub fn show(
 ) {
     let chosen = points::chosen_vertices(scene, &view.regions);
     let drawing = view.drawing(scene);
+    view.guilty = view.doubt.guilty(scene, &chosen);
     // Of a width that no content changes: the panes beside it must not move under the pointer.
     egui::Panel::right("side").exact_size(SIDE_WIDTH).show(ui, |ui| {
         side_tabs(ui, view);
         egui::ScrollArea::vertical().id_salt(view.side as usize).auto_shrink(false).show(ui, |ui| match view.side {
             SideTab::Guide => guide::show(ui, scene, &drawing, &chosen, view, focus, state, commands),
+            SideTab::Doubt => doubt::show(ui, scene, &chosen, view, state, commands),
             SideTab::Results => results::show(ui, scene, focus, commands),
             SideTab::Settings => settings::show(ui, scene, view, commands),
             SideTab::History => history::show(ui, history, commands),

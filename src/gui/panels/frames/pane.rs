@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use egui::{Color32, CursorIcon, Painter, PointerButton, Pos2, Rect, Response, Sense, Stroke, Vec2};
 
+use super::doubt_marks;
 use super::drag::{self, Target};
 use super::image_view::{ImageView, Transform};
 use super::loupe::{self, Loupe};
@@ -43,6 +44,8 @@ pub struct Pane<'a> {
     pub transform: Transform,
     /// Its points.
     pub points: Vec<ShownPoint>,
+    /// Points are being marked again here without sight of the first marks: nothing may show where they are.
+    pub blind: bool,
 }
 
 impl Pane<'_> {
@@ -116,8 +119,9 @@ pub fn show(
         rect,
         transform: view.panes[which as usize].view.at(rect),
         points: points::in_frame(scene, which, chosen, view.tool),
+        blind: view.doubt.again.is_some() && which == Which::Last,
     };
-    if !view.show_marks && view.drag.is_none() {
+    if pane.blind || !view.show_marks && view.drag.is_none() {
         pane.points.clear();
     }
     let space = keys::is_held(ui.ctx(), Hold::Pan);
@@ -125,7 +129,9 @@ pub fn show(
         drag::handle(ui, &response, &pane, chosen, view, focus, commands);
     }
     response.context_menu(|ui| menu::entries(ui, Menu::Point, state, commands));
-    hover(ui, &response, &pane, view.tool, focus);
+    if !pane.blind {
+        hover(ui, &response, &pane, view.tool, focus);
+    }
     cursor(ui, &response, &pane, view, space);
 
     let only: Option<BTreeSet<u32>> = view.wireframe.region_only.then(|| chosen.iter().copied().collect());
@@ -135,6 +141,8 @@ pub fn show(
     }
     paint_loupe(ui, &response, &painter, &pane, view, focus, only.as_ref());
     let press = view.tool.places_in(which).then(|| guide::what_a_press_does(scene, chosen, view, focus)).flatten();
+    let again = view.doubt.again.as_ref().filter(|_| pane.blind);
+    let press = again.map(|a| format!("press marks again: point {} of {}", a.done + 1, a.points.len())).or(press);
     let tone = if view.tool == Tool::Landmarks { on_picture::LANDMARK } else { on_picture::FEATURE };
     caption(&painter, rect, name, press.map(|p| (p, tone)), view.active == which);
     name_points(ui, id, &pane, view, focus);
@@ -211,7 +219,7 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
     let outcome = pane.scene.outcome;
     let vertices = if pane.which == Which::First { &outcome.first_in_image } else { &outcome.last_in_image };
     // Without landmarks the wireframe lies anywhere but on the face.
-    if view.show_marks && pane.scene.project.landmarks.len() >= points::LANDMARKS_TO_PREDICT {
+    if view.show_marks && !pane.blind && pane.scene.project.landmarks.len() >= points::LANDMARKS_TO_PREDICT {
         let (face, levels) = (pane.scene.face, pane.drawing.levels());
         let points_per_mm = outcome.camera.px_per_mm * t.zoom;
         wireframe::paint(painter, face, levels, vertices, only, &view.wireframe, points_per_mm, |p| t.ui_from_image(p));
@@ -247,6 +255,10 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
             marks::name(painter, at, &point.title());
         }
     }
+    if pane.blind {
+        return;
+    }
+    doubt_marks::paint(painter, pane, view, focus);
     let shown = |v: u32| pane.points.iter().any(|p| p.vertex == v);
     let known = pane.scene.project.landmarks.len() >= points::LANDMARKS_TO_PREDICT;
     if let Some(v) = focus.hovered().filter(|v| known && !shown(*v)) {
@@ -270,7 +282,7 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
 /// placed the last frame has nothing to say.
 fn selected_besides(pane: &Pane<'_>, tool: Tool, focus: &Focus) -> Option<ShownPoint> {
     let scene = pane.scene;
-    if tool == Tool::Landmarks {
+    if tool == Tool::Landmarks || pane.blind {
         return None;
     }
     let (_, vertex) = points::place(scene, focus.selected.as_ref()?)?;
@@ -342,6 +354,7 @@ fn paint_loupe(
         (Some(d), _) => match &d.target {
             Target::Point(id) => (d.mark(), colour_of(pane, id)),
             Target::ScaleEnd(_) => (d.mark(), on_picture::SCALE),
+            Target::Again(_) => (d.mark(), on_picture::FEATURE),
         },
         (None, Some(pointer)) if view.loupe.always && !ui.input(|i| i.pointer.any_down()) => (
             pane.transform.image_from_ui(pointer),
@@ -351,6 +364,7 @@ fn paint_loupe(
     };
     let outcome = pane.scene.outcome;
     let in_image = if pane.which == Which::First { &outcome.first_in_image } else { &outcome.last_in_image };
+    let hidden = wireframe::WireframeStyle { visible: false, ..view.wireframe };
     let shown = Loupe {
         tiles: pane.picture.tiles(),
         face: pane.scene.face,
@@ -358,7 +372,7 @@ fn paint_loupe(
         px_per_mm: outcome.camera.px_per_mm,
         in_image,
         only,
-        wireframe: &view.wireframe,
+        wireframe: if pane.blind { &hidden } else { &view.wireframe },
         at,
         colour,
         snapped: dragged.and_then(|d| d.snapped.map(|found| (d.at, found))),
