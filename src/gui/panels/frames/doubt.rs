@@ -2,14 +2,14 @@
 
 use egui::{Button, RichText};
 
-use super::{FramesView, toolbar};
+use super::FramesView;
 use crate::doubt::agreement::{Agreement, compare};
 use crate::doubt::gap::{Gap, gap, gaps};
 use crate::doubt::repeats::{self, hand_error};
 use crate::doubt::worth::{Worth, worth_marking};
 use crate::gui::action_state::ActionState;
 use crate::gui::height_map::options::{fixed, significant};
-use crate::gui::{Action, Command, Scene, Stamp, theme};
+use crate::gui::{Action, Command, Scene, Stamp, keys, theme};
 use crate::project::{Edit, PointId, Project, Which};
 
 /// What the window remembers of doubt.
@@ -143,7 +143,7 @@ fn heading(ui: &mut egui::Ui, text: &str, hint: &str) {
 
 fn action_button(ui: &mut egui::Ui, action: Action, label: &str, state: &ActionState, commands: &mut Vec<Command>) {
     let button = ui.add_enabled(state.can(action), Button::new(label));
-    if button.on_hover_text(toolbar::tooltip(action)).clicked() {
+    if button.on_hover_text(keys::of(ui.ctx()).tooltip(action)).clicked() {
         commands.push(Command::Do(action));
     }
 }
