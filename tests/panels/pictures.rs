@@ -63,6 +63,26 @@ const VIEWS: &[View] = &[
         w.hover_at(at + egui::vec2(5.0, 3.0));
         w.step();
     }),
+    ("doubt", [1280.0, 800.0], true, |w| {
+        use frontalis::gui::Command;
+        use frontalis::project::Edit;
+        let face = frontalis::face::generic();
+        let region = face.region("forehead_and_brows");
+        for &v in &region[30..36] {
+            w.state_mut().push(Command::Edit(Edit::Clear(PointId::FeatureLast(v))));
+        }
+        let at = crate::stage::seen(&face, region[60], true);
+        let id = PointId::FeatureLast(region[60]);
+        w.state_mut().push(Command::Edit(Edit::Put(id.clone(), [at[0] + 7.0, at[1] - 5.0])));
+        for (k, &v) in region[..8].iter().enumerate() {
+            let [x, y] = crate::stage::seen(&face, v, true);
+            let off = 0.3 * (k as f64 - 3.5);
+            w.state_mut().push(Command::Edit(Edit::Repeat(v, [x + off, y - 0.5 * off])));
+        }
+        w.state_mut().push(Command::Select(Some(id)));
+        w.run_steps(3);
+        w.state_mut().view_mut().frames.side = SideTab::Doubt;
+    }),
     ("face", [1280.0, 800.0], true, |w| {
         let view = w.state_mut().view_mut();
         view.workspace = frontalis::gui::Workspace::Face;

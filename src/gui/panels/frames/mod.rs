@@ -306,6 +306,9 @@ pub fn show(
 fn side_tabs(ui: &mut egui::Ui, view: &mut FramesView) {
     ui.add_space(2.0);
     ui.horizontal(|ui| {
+        // All five have room in the width of the panel.
+        ui.spacing_mut().item_spacing.x = 2.0;
+        ui.spacing_mut().button_padding.x = 7.0;
         for (tab, title) in SideTab::ALL {
             ui.selectable_value(&mut view.side, tab, title);
         }
