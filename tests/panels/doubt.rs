@@ -143,3 +143,22 @@ fn the_ring_follows_while_a_point_is_dragged() {
     window.drop_at(at + Vec2::new(24.0, 0.0));
     window.run_steps(2);
 }
+
+/// The table tells how far a mark lies from where its neighbours lead, and brings the worst to the top.
+#[test]
+fn the_table_sorts_feature_points_by_how_far_they_stand_off_their_neighbours() {
+    let v = frontalis::face::generic().region("forehead")[20];
+    let at = seen(&frontalis::face::generic(), v, true);
+    let (mut window, _folder) =
+        window(|p| Edit::Put(PointId::FeatureLast(v), [at[0] + 9.0, at[1] + 6.0]).apply(p).unwrap(), Person::default());
+    window.get_by_label("Feature points").click();
+    window.run_steps(2);
+    window.get_by_label("Sort by Residual px").click();
+    window.run_steps(3);
+    let rows: Vec<_> = window.get_all_by_role(egui::accesskit::Role::ListBoxOption).collect();
+    let top = rows.iter().min_by(|a, b| a.rect().top().total_cmp(&b.rect().top())).unwrap();
+    assert!(
+        egui_kittest::kittest::NodeT::accesskit_node(top).label().unwrap().contains(&v.to_string()),
+        "{v} is not first"
+    );
+}

@@ -55,6 +55,9 @@ struct Found {
     agreement: Option<Agreement>,
 }
 
+/// More marks than this are not weighed against each other after every motion of the hand: that would take longer than a frame.
+const MOST_MARKS: usize = 3000;
+
 /// So many of a list are shown.
 const SHOWN: usize = 8;
 
@@ -74,12 +77,21 @@ impl DoubtView {
         if !holds {
             let found = scene.springs.map_or_else(Found::default, |springs| Found {
                 worth: worth_marking(scene.project, scene.face, scene.outcome, springs, chosen),
-                gaps: gaps(scene.project, scene.face, scene.outcome, springs),
+                gaps: if scene.project.features.len() > MOST_MARKS {
+                    Vec::new()
+                } else {
+                    gaps(scene.project, scene.face, scene.outcome, springs)
+                },
                 agreement: self.other.as_ref().and_then(|o| compare(scene.project, &o.project).ok()),
             });
             self.found = Some((scene.stamp, chosen.to_vec(), found));
         }
         &self.found.get_or_insert_with(|| (scene.stamp, Vec::new(), Found::default())).2
+    }
+
+    /// Every mark of the last frame against its neighbours, the worst first.
+    pub fn gaps(&mut self, scene: Scene<'_>, chosen: &[u32]) -> &[Gap] {
+        &self.found(scene, chosen).gaps
     }
 
     /// The point worth marking next.

@@ -287,7 +287,8 @@ pub fn show(
     egui::Panel::top("tools").show(ui, |ui| toolbar::show(ui, view, state, commands));
     if view.table_shown {
         egui::Panel::bottom("table").resizable(true).default_size(168.0).size_range(96.0..=520.0).show(ui, |ui| {
-            points_table::show(ui, scene, &chosen, &mut view.table, focus, commands);
+            let gaps = view.doubt.gaps(scene, &chosen);
+            points_table::show(ui, scene, &chosen, gaps, &mut view.table, focus, commands);
         });
     }
     egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {

@@ -1,10 +1,13 @@
 //! The table of points: what is known of each, where it is, how well it fits, and what force it carries.
 
+use std::collections::BTreeMap;
+
 use egui::{Align2, FontId, Rect, RichText, Sense, Vec2};
 
 use super::marks;
 use super::points::{self, Kind, Look};
 use crate::displacement::VertexState;
+use crate::doubt::Gap;
 use crate::gui::{Command, Focus, Scene, theme};
 use crate::project::PointId;
 
@@ -79,6 +82,9 @@ const COLUMNS: [(&str, f32, usize); 10] = [
 /// The first of the columns in which the largest number is what is looked for.
 const FROM_RESIDUAL: usize = 6;
 
+/// What the residual of a point is.
+const RESIDUAL: &str = "How far a mark lies from where it is expected. Landmarks: from the face before the morph; still points: from the head's motion; other points: from where their marked neighbours lead. Click for the worst first.";
+
 /// Height of a row, ui points.
 const ROW: f32 = 20.0;
 
@@ -87,11 +93,12 @@ pub fn show(
     ui: &mut egui::Ui,
     scene: Scene<'_>,
     chosen: &[u32],
+    gaps: &[Gap],
     view: &mut TableView,
     focus: &mut Focus,
     commands: &mut Vec<Command>,
 ) {
-    let mut rows = rows(scene, chosen, view.list);
+    let mut rows = rows(scene, chosen, gaps, view.list);
     sort(&mut rows, view);
     let counts = rows.len();
     ui.add_space(2.0);
@@ -154,6 +161,7 @@ fn header(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut TableView, cells: &[(u
         let cell = Rect::from_x_y_ranges(rect.left() + left..=rect.left() + right, rect.y_range());
         let response = ui.interact(cell, ui.scope_id().with(("column", i)), Sense::click());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("Sort by {title}")));
+        let response = if i == FROM_RESIDUAL { response.on_hover_text(RESIDUAL) } else { response };
         if response.clicked() {
             // Of a residual, a force or an error the worst comes first.
             let first = i >= FROM_RESIDUAL;
@@ -250,7 +258,7 @@ fn show_row(ui: &mut egui::Ui, row: &Row, cells: &[(usize, f32, f32)], focus: &m
     }
 }
 
-fn rows(scene: Scene<'_>, chosen: &[u32], list: List) -> Vec<Row> {
+fn rows(scene: Scene<'_>, chosen: &[u32], gaps: &[Gap], list: List) -> Vec<Row> {
     let mut rows = Vec::new();
     if matches!(list, List::All | List::Landmarks) {
         for l in scene.face.landmarks() {
@@ -273,12 +281,13 @@ fn rows(scene: Scene<'_>, chosen: &[u32], list: List) -> Vec<Row> {
         return rows;
     }
     let still = scene.outcome.still_residuals_px(scene.project);
+    let gap: BTreeMap<u32, f64> = gaps.iter().map(|g| (g.vertex, g.px)).collect();
     for &v in chosen {
         let kind = points::kind_of(scene, v);
         if list == List::Still && kind != Kind::Still || list == List::Features && kind != Kind::Feature {
             continue;
         }
-        rows.push(feature_row(scene, v, kind, still.get(&v).copied()));
+        rows.push(feature_row(scene, v, kind, still.get(&v).or_else(|| gap.get(&v)).copied()));
     }
     rows
 }
