@@ -71,7 +71,8 @@ impl App {
     }
 
     /// Does what may take marks away or bring them back, and lets the guide follow: it asks for the first point that
-    /// lost its mark, or for the next after those that got one.
+    /// lost its mark, or for the next after the one that got one. Where many got one at once it goes on from the point that it
+    /// asked for, so that those left out are asked for, too.
     pub(super) fn in_step_with_guide(&mut self, act: impl FnOnce(&mut Self)) {
         let before = self.guided();
         act(self);
@@ -80,8 +81,14 @@ impl App {
         let is_marked = |id: &PointId| after.iter().any(|(a, marked)| *marked && a == id);
         if let Some((lost, _)) = before.iter().find(|(id, marked)| *marked && !is_marked(id)) {
             self.select(Some(lost.clone()));
-        } else if let Some(got) = after.iter().rposition(|(id, marked)| *marked && !was_marked(id)) {
-            let next = after[got + 1..].iter().find(|(_, marked)| !marked).map(|(id, _)| id.clone());
+            return;
+        }
+        let got = |(id, marked): &(PointId, bool)| *marked && !was_marked(id);
+        let many = after.iter().filter(|p| got(p)).count() > 1;
+        let asked = self.view.focus.selected.as_ref().and_then(|id| after.iter().position(|(a, _)| a == id));
+        if let Some(last) = after.iter().rposition(got) {
+            let from = if many { asked.unwrap_or(0) } else { last + 1 };
+            let next = after.iter().skip(from).find(|(_, marked)| !marked).map(|(id, _)| id.clone());
             self.select(next);
         }
     }

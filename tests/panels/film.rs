@@ -106,3 +106,23 @@ fn the_same_frame_twice_cannot_be_used_and_a_bad_film_says_why() {
     assert!(matches!(&window.state().view().modal, Some(Modal::Error { text, .. }) if text.contains("cut short")));
     assert!(Action::OpenFilm.spec().is_some());
 }
+
+#[test]
+fn what_comes_and_goes_above_the_strip_does_not_take_it_out_of_the_hand() {
+    let (_folder, path) = film();
+    let person = Person::default();
+    person.will_choose(&[&path]);
+    let mut window = open(Project::default(), SIZE, true, person);
+    keys(&mut window, Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::O);
+    // While the film is opened, looked through and read, and after: a drag is held by the id of what was pressed.
+    let mut ids = std::collections::BTreeSet::new();
+    let mut note =
+        |window: &Window| ids.extend(window.query_by_label_contains("Strip of").map(|n| n.accesskit_node().id()));
+    for _ in 0..200 {
+        window.step();
+        note(&window);
+    }
+    settle(&mut window);
+    note(&window);
+    assert_eq!(ids.len(), 1);
+}

@@ -319,3 +319,21 @@ fn the_buttons_of_the_guide_stay_under_the_pointer_whatever_is_said_above_or_bel
         assert_eq!(*before.get_or_insert(place(&window)), place(&window), "{}", l.name);
     }
 }
+
+#[test]
+fn a_window_that_is_left_alone_draws_nothing() {
+    let (mut window, _folder) = guided(&["still"]);
+    // As in the window of the program: a test has no animations by itself.
+    window.ctx.all_styles_mut(|style| style.animation_time = 0.1);
+    crate::stage::settle(&mut window);
+    let wait = |w: &Window| w.output().viewport_output[&egui::ViewportId::ROOT].repaint_delay;
+    assert!(wait(&window) < std::time::Duration::from_millis(100), "the point asked for pulses");
+    // A step is a quarter of a second; suggestions are there, and all notices are gone.
+    window.run_steps(80);
+    crate::stage::settle(&mut window);
+    assert_eq!(window.state().suggestion_status(), &frontalis::gui::suggesting::Status::There);
+    assert_eq!(wait(&window), std::time::Duration::MAX);
+    // The next point pulses again.
+    key(&mut window, Key::Period);
+    assert!(wait(&window) < std::time::Duration::from_millis(100));
+}

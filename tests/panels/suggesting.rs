@@ -114,6 +114,20 @@ fn all_that_are_sure_are_accepted_in_one_step_and_taken_back_in_one() {
 }
 
 #[test]
+fn the_guide_goes_on_with_the_point_that_was_left_out_when_the_sure_ones_are_accepted() {
+    let mut window = window();
+    keys(&mut window, Modifiers::COMMAND, Key::M);
+    let (found, least) = (suggested(&window), window.state().view().frames.suggest.least);
+    let (left_out, ..) = *found.iter().find(|s| s.2 < least).unwrap();
+    assert!(found.iter().rposition(|s| s.2 >= least) > found.iter().position(|s| s.0 == left_out));
+    window.state_mut().push(Command::Select(Some(PointId::FeatureLast(left_out))));
+    window.run_steps(2);
+    keys(&mut window, Modifiers::SHIFT, Key::Enter);
+    assert!(window.state().steps().len() == 1 && mark(&window, left_out).is_none());
+    assert_eq!(window.state().view().focus.selected, Some(PointId::FeatureLast(left_out)));
+}
+
+#[test]
 fn a_suggestion_yields_to_the_hand_and_leads_its_neighbours() {
     let mut window = window();
     let (v, at, _) = suggested(&window)[5];

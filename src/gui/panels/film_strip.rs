@@ -281,7 +281,9 @@ fn handle_colour(which: usize) -> Color32 {
 fn strip(ui: &mut egui::Ui, view: &mut FilmView, known: &Known) {
     let p = theme::palette(ui.visuals());
     let height = THUMBNAILS_HEIGHT + CURVE_HEIGHT + 18.0;
-    let (place, response) = ui.allocate_exact_size(Vec2::new(ui.available_width(), height), Sense::click_and_drag());
+    let (place, _) = ui.allocate_exact_size(Vec2::new(ui.available_width(), height), Sense::hover());
+    // A name of its own: what comes and goes above it, while frames are read, must not end a drag.
+    let response = ui.interact(place, ui.scope_id().with("strip"), Sense::click_and_drag());
     let place = place.shrink2(Vec2::new(GRIP, 0.0));
     let last = known.count.saturating_sub(1).max(1);
     let x_of = |index: usize| place.left() + place.width() * (index as f32 / last as f32).min(1.0);

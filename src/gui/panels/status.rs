@@ -53,7 +53,8 @@ pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut ViewState, jobs: &Jo
                 ui.separator();
             }
             if let Some(text) = under_pointer(ui, scene, view) {
-                ui.label(RichText::new(text).monospace().size(11.5).weak());
+                // What stands at the left needs its room: the rest is cut.
+                ui.add(egui::Label::new(RichText::new(text).monospace().size(11.5).weak()).truncate());
             }
         });
     });

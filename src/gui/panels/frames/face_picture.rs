@@ -8,8 +8,18 @@ use crate::gui::orbit_view::OrbitView;
 use crate::gui::theme::{self, on_picture};
 use crate::gui::{Focus, Scene};
 
+/// So long the point to find pulses once it is asked for, s: three times. After that nothing moves, and a window that is left alone
+/// draws nothing.
+const PULSES_S: f64 = 3.0 * std::f64::consts::TAU / PULSE_RATE;
+
+/// How fast it pulses, radians a second.
+const PULSE_RATE: f64 = 2.6;
+
+/// How far out the ring rests; a pulse begins and ends there.
+const AT_REST: f32 = 0.3;
+
 #[expect(clippy::too_many_arguments, reason = "what the picture shows, one by one")]
-/// Shows the face from the front. `current` is the vertex to find; it pulses while a tool waits for it.
+/// Shows the face from the front. `current` is the vertex to find; it pulses a few times when a tool begins to ask for it.
 pub fn show(
     ui: &mut egui::Ui,
     size: Vec2,
@@ -65,16 +75,31 @@ pub fn show(
         painter.circle_stroke(at, 4.0, Stroke::new(1.5, dot));
     }
     if let Some(at) = current.and_then(place) {
-        // A style without animations shows it still.
-        let pulses = pulses && ui.style().animation_time > 0.0;
-        let phase = if pulses { (ui.input(|i| i.time) * 2.6).sin() as f32 * 0.5 + 0.5 } else { 0.3 };
+        let phase = if pulses { pulse(ui, current) } else { AT_REST };
         painter.circle_filled(at, 4.5, on_picture::HALO);
         painter.circle_filled(at, 3.4, on_picture::FEATURE);
         painter.circle_stroke(at, 7.0 + 4.0 * phase, Stroke::new(2.0, p.warn.gamma_multiply(1.0 - 0.6 * phase)));
-        if pulses {
-            ui.ctx().request_repaint_after(std::time::Duration::from_millis(50));
-        }
     }
+}
+
+/// How far out the ring about the point to find is now, 0 to 1; asks for the next picture of it while it moves.
+fn pulse(ui: &egui::Ui, current: Option<u32>) -> f32 {
+    let now = ui.input(|i| i.time);
+    let id = egui::Id::unique("pulse of the point to find");
+    let begun = ui.data_mut(|d| {
+        let (asked, begun) = d.get_temp_mut_or(id, (current, now));
+        if *asked != current {
+            (*asked, *begun) = (current, now);
+        }
+        *begun
+    });
+    // A style without animations shows it still.
+    if now - begun >= PULSES_S || ui.style().animation_time <= 0.0 {
+        return AT_REST;
+    }
+    ui.ctx().request_repaint_after(std::time::Duration::from_millis(50));
+    let out = 0.5 - 0.5 * ((now - begun) * PULSE_RATE).cos() as f32;
+    AT_REST + (1.0 - AT_REST) * out
 }
 
 fn small_dot(painter: &egui::Painter, at: Option<Pos2>, marked: bool, open: Color32, done: Color32) {
