@@ -267,4 +267,43 @@ mod tests {
         assert!(csv(&samples).lines().count() == all.len() + 1);
         crate::draw::svg::paint(&chart(&all, 1), 1.0).unwrap();
     }
+
+    /// A head that turns by up to 10° and moves by up to 20 mm, on bare skin in which everything looks alike: through the frames between, the
+    /// points are found again; without them the skin is looked for beyond where it can be.
+    #[test]
+    fn through_the_frames_between_a_large_motion_is_followed() {
+        let generic = crate::face::generic();
+        let large = TwinSettings { head_turn_deg: 10.0, head_shift_mm: 20.0, ..settings(3, false, 1036) };
+        let person = scene::person(&generic, 3, large.distance_mm).unwrap();
+        let twin = Twin::generate(&person, &large).unwrap();
+        let at = |share: f64| {
+            let (places, picture) = twin.moment(&person, share);
+            (places, Prepared::of(Gray::of(&picture).unwrap()))
+        };
+        let (from, first) = at(0.0);
+        let (to, last) = at(1.0);
+        let forehead = generic.region("forehead");
+        let points: Vec<Point> = forehead.iter().map(|&v| Point { first: from[v as usize], known: None }).collect();
+        let motion = forehead.iter().map(|&v| (to[v as usize] - from[v as usize]).norm()).fold(0.0, f64::max);
+        let settings = TrackSettings { px_per_mm: twin.camera.px_per_mm, ..TrackSettings::default() };
+        let errors = |tracks: &tracking::Tracks| {
+            let off = |(k, v): (usize, &u32)| match &tracks.points[k] {
+                Some(Ok(t)) => (t.at - to[*v as usize]).norm(),
+                _ => f64::INFINITY,
+            };
+            let mut errors: Vec<f64> = forehead.iter().enumerate().map(off).collect();
+            errors.sort_by(f64::total_cmp);
+            errors
+        };
+        let mut tracker = tracking::Tracker::new(&first, &points, settings);
+        for share in [0.25, 0.5, 0.75] {
+            tracker.advance(&at(share).1);
+        }
+        let through = errors(&tracker.find(&last));
+        let direct = errors(&tracking::track(&first, &last, &points, &settings));
+        let n = through.len();
+        assert!(motion > 30.0, "{motion}");
+        assert!(through[n / 2] < 0.7 && through[9 * n / 10] < 2.0, "{through:?}");
+        assert!(direct[9 * n / 10] > 5.0, "without the frames between a tenth is lost: {direct:?}");
+    }
 }
