@@ -1,7 +1,7 @@
 //! How points are drawn: the shape tells what is known of them, the colour what kind they are.
 
-use egui::epaint::{CircleShape, PathShape, PathStroke};
-use egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, Vec2};
+use egui::epaint::{PathShape, PathStroke};
+use egui::{Color32, ColorImage, Painter, Pos2, Rect, Shape, Stroke, TextureHandle, TextureOptions, Vec2};
 
 use super::points::{Kind, Look};
 use crate::gui::theme::on_picture;
@@ -50,13 +50,62 @@ pub fn paint(painter: &Painter, at: Pos2, radius: f32, look: Look, kind: Kind, l
         painter.circle_stroke(at, radius + 4.5, Stroke::new(strong, on_picture::SELECTED));
     }
     let width = (radius * 0.36).clamp(1.1, 1.8);
+    if look == Look::Marked {
+        return marked(painter, at, radius, width, colour);
+    }
     let halo = on_picture::HALO.gamma_multiply(strength);
-    for (stroke, filled) in [(Stroke::new(width + 1.6, halo), false), (Stroke::new(width, colour), true)] {
+    for (stroke, filled) in [(Stroke::new(width + HALO_WIDTH, halo), false), (Stroke::new(width, colour), true)] {
         outline(painter, at, radius, look, stroke);
         if filled && look.is_mark() && look != Look::Occluded {
-            painter.circle_filled(at, (radius * 0.26).max(0.9), colour);
+            painter.circle_filled(at, dot(radius), colour);
         }
     }
+}
+
+/// So much wider than a line is the halo under it, ui points.
+const HALO_WIDTH: f32 = 1.6;
+
+/// Radius of the dot in the middle of a mark.
+fn dot(radius: f32) -> f32 {
+    (radius * 0.26).max(0.9)
+}
+
+/// Radii of which one picture is kept, per ui point: a mark is drawn to a sixteenth of a point as large as it should be.
+const SIZES_A_POINT: f32 = 8.0;
+
+/// A plain mark: circle, halo and dot as one small picture. There are hundreds, and their circles would be two hundred triangles each.
+fn marked(painter: &Painter, at: Pos2, radius: f32, width: f32, colour: Color32) {
+    let ctx = painter.ctx();
+    let pixels_per_point = ctx.pixels_per_point();
+    let size = (radius * SIZES_A_POINT).round();
+    let id = egui::Id::unique("mark").with((size as u32, pixels_per_point.to_bits()));
+    let known = ctx.data(|d| d.get_temp::<TextureHandle>(id));
+    let texture = known.unwrap_or_else(|| {
+        let picture = ring(size / SIZES_A_POINT, width, pixels_per_point);
+        let texture = ctx.load_texture("mark", picture, TextureOptions::LINEAR);
+        ctx.data_mut(|d| d.insert_temp(id, texture.clone()));
+        texture
+    });
+    let rect = Rect::from_center_size(at, texture.size_vec2() / pixels_per_point);
+    let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
+    painter.image(texture.id(), rect, whole, colour);
+}
+
+/// The picture of [`marked`]: white for what takes the colour of the mark, black for the halo.
+fn ring(radius: f32, width: f32, pixels_per_point: f32) -> ColorImage {
+    let half = ((radius + (width + HALO_WIDTH) / 2.0) * pixels_per_point).ceil() as usize + 1;
+    let halo = f32::from(on_picture::HALO.a()) / 255.0;
+    let cover = |beyond: f32| (0.5 - beyond * pixels_per_point).clamp(0.0, 1.0);
+    let pixels = (0..4 * half * half).map(|k| {
+        let place = |i: usize| (i as f32 + 0.5 - half as f32) / pixels_per_point;
+        let from_centre = place(k % (2 * half)).hypot(place(k / (2 * half)));
+        let off = (from_centre - radius).abs();
+        let line = cover(off - width / 2.0).max(cover(from_centre - dot(radius)));
+        let under = halo * cover(off - (width + HALO_WIDTH) / 2.0) * (1.0 - line);
+        let level = |share: f32| (255.0 * share).round() as u8;
+        Color32::from_rgba_premultiplied(level(line), level(line), level(line), level(line + under))
+    });
+    ColorImage::new([2 * half, 2 * half], pixels.collect())
 }
 
 /// How strongly a suggestion is drawn: vague ones are faint, and still to be seen.
@@ -76,12 +125,13 @@ fn outline(painter: &Painter, at: Pos2, r: f32, look: Look, stroke: Stroke) {
             let corners = [-90.0_f32, 30.0, 150.0].map(|a| at + r * Vec2::angled(a.to_radians()));
             painter.add(PathShape::closed_line(corners.to_vec(), PathStroke::from(stroke)));
         }
-        Look::Marked => _ = painter.add(CircleShape::stroke(at, r, stroke)),
         Look::Uncertain => {
             let r = r * 1.25;
             let corners = [Vec2::new(0.0, -r), Vec2::new(r, 0.0), Vec2::new(0.0, r), Vec2::new(-r, 0.0)];
             painter.add(PathShape::closed_line(corners.map(|c| at + c).to_vec(), PathStroke::from(stroke)));
         }
+        // Drawn whole by `marked`.
+        Look::Marked => {}
         Look::Occluded => {
             painter.circle_stroke(at, r, stroke);
             let d = Vec2::splat(r * 0.7);
