@@ -73,6 +73,7 @@ fn points_are_marked_again_blind_and_tell_the_hands_own_error() {
     let points = window.state().view().frames.doubt.again.clone().unwrap().points;
     assert_eq!(points.len(), 8);
     assert!(window.query_all_by_label_contains("last frame, marked").next().is_none(), "nothing shows where they are");
+    assert!(window.query_by_label("Sort by Last x px").is_none(), "not even the table");
     for v in points {
         assert_eq!(window.state().view().frames.doubt.asked(), Some(v));
         let at = before[&v].last.unwrap().at_px;

@@ -285,7 +285,8 @@ pub fn show(
         });
     });
     egui::Panel::top("tools").show(ui, |ui| toolbar::show(ui, view, state, commands));
-    if view.table_shown {
+    // The table tells where marks are, which a hand that marks points again must not see.
+    if view.table_shown && view.doubt.again.is_none() {
         egui::Panel::bottom("table").resizable(true).default_size(168.0).size_range(96.0..=520.0).show(ui, |ui| {
             let gaps = view.doubt.gaps(scene, &chosen);
             points_table::show(ui, scene, &chosen, gaps, &mut view.table, focus, commands);
