@@ -93,7 +93,7 @@ fn marked(painter: &Painter, at: Pos2, radius: f32, width: f32, colour: Color32)
 
 /// The picture of [`marked`]: white for what takes the colour of the mark, black for the halo.
 fn ring(radius: f32, width: f32, pixels_per_point: f32) -> ColorImage {
-    let half = ((radius + (width + HALO_WIDTH) / 2.0) * pixels_per_point).ceil() as usize + 1;
+    let half = ((radius + f32::midpoint(width, HALO_WIDTH)) * pixels_per_point).ceil() as usize + 1;
     let halo = f32::from(on_picture::HALO.a()) / 255.0;
     let cover = |beyond: f32| (0.5 - beyond * pixels_per_point).clamp(0.0, 1.0);
     let pixels = (0..4 * half * half).map(|k| {
@@ -101,7 +101,7 @@ fn ring(radius: f32, width: f32, pixels_per_point: f32) -> ColorImage {
         let from_centre = place(k % (2 * half)).hypot(place(k / (2 * half)));
         let off = (from_centre - radius).abs();
         let line = cover(off - width / 2.0).max(cover(from_centre - dot(radius)));
-        let under = halo * cover(off - (width + HALO_WIDTH) / 2.0) * (1.0 - line);
+        let under = halo * cover(off - f32::midpoint(width, HALO_WIDTH)) * (1.0 - line);
         let level = |share: f32| (255.0 * share).round() as u8;
         Color32::from_rgba_premultiplied(level(line), level(line), level(line), level(line + under))
     });
