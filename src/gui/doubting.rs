@@ -34,7 +34,7 @@ impl App {
         let mut doubt = std::mem::take(&mut self.view.frames.doubt);
         let scene = self.scene();
         let chosen = points::chosen_vertices(scene, &self.view.frames.regions);
-        let next = doubt.next_worth(scene, &chosen);
+        let next = doubt.worth(scene, &chosen).first().map(|w| w.vertex);
         self.view.frames.doubt = doubt;
         match next {
             Some(v) => self.commands.push(Command::JumpTo(PointId::FeatureLast(v))),
@@ -66,9 +66,12 @@ impl App {
 
     /// The next point to mark again; after the last one the result.
     pub(super) fn next_again(&mut self, ctx: &egui::Context) {
-        let Some(again) = &mut self.view.frames.doubt.again else { return };
-        again.done += 1;
-        if again.asked().is_some() {
+        let doubt = &mut self.view.frames.doubt;
+        if doubt.again.is_none() {
+            return;
+        }
+        doubt.follow(self.document.history.project());
+        if doubt.asked().is_some() {
             return self.show_asked_again();
         }
         self.view.frames.doubt.again = None;

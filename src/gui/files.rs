@@ -64,6 +64,7 @@ impl App {
         self.view.frames.drag = None;
         self.view.frames.tool = Tool::Select;
         self.view.frames.placed = None;
+        self.view.frames.doubt.reset();
         self.waiting_frames.clear();
         self.suggesting.forget_imported();
         self.view.frames.fit();
@@ -255,6 +256,7 @@ impl App {
         let journal = self.document.journal.take();
         self.document = OpenDocument::new(found, self.document.path.clone(), self.document.autosave);
         (self.document.saved, self.document.journal) = (saved, journal);
+        self.view.frames.doubt.reset();
         self.solve_anew();
     }
 

@@ -38,6 +38,8 @@ impl App {
     pub(super) fn start_tool(&mut self, tool: Tool) {
         self.view.frames.tool = tool;
         self.view.frames.placed = None;
+        // One thing is marked at a time.
+        self.view.frames.doubt.again = None;
         self.view.workspace = Workspace::Frames;
         self.view.frames.side = SideTab::Guide;
         match self.guided().into_iter().find(|(_, marked)| !marked) {

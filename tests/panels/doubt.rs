@@ -74,6 +74,11 @@ fn points_are_marked_again_blind_and_tell_the_hands_own_error() {
     assert_eq!(points.len(), 8);
     assert!(window.query_all_by_label_contains("last frame, marked").next().is_none(), "nothing shows where they are");
     assert!(window.query_by_label("Sort by Last x px").is_none(), "not even the table");
+    // A press that went wrong is undone, and its point asked for again.
+    let wrong = on_screen(&window, Which::Last, [100.0, 100.0]);
+    drag(&mut window, &[wrong, wrong]);
+    assert_eq!(window.state().view().frames.doubt.asked(), Some(points[1]));
+    crate::stage::keys(&mut window, egui::Modifiers::COMMAND, Key::Z);
     for v in points {
         assert_eq!(window.state().view().frames.doubt.asked(), Some(v));
         let at = before[&v].last.unwrap().at_px;
@@ -83,6 +88,7 @@ fn points_are_marked_again_blind_and_tell_the_hands_own_error() {
         assert!((again[0] - at[0] - 1.0).abs() < 0.6 && (again[1] - at[1]).abs() < 0.6, "{again:?} {at:?}");
     }
     assert_eq!(window.state().project().features, before, "no mark has moved");
+    assert_eq!(window.state().project().repeats.len(), 8, "the one that was undone was asked for again");
     assert!(window.state().view().frames.doubt.again.is_none());
     let hand = hand_error(window.state().project()).unwrap();
     assert!((hand.sigma_px - 0.5).abs() < 0.2, "{hand:?}");
@@ -110,6 +116,16 @@ fn another_annotator_is_compared_point_by_point_and_other_pictures_are_refused()
     assert!(says(&window, "other.frontalis.json") && says(&window, "5.0 px apart"));
     does(&mut window, Action::Compare);
     assert!(!says(&window, "px apart"), "the same command stops it");
+
+    // Another project is open: the one compared with, and what was being marked again, belong to the one before.
+    person.will_choose(&[&path]);
+    does(&mut window, Action::Compare);
+    settle(&mut window);
+    does(&mut window, Action::Again);
+    assert!(window.state().view().frames.doubt.other.is_some() && window.state().view().frames.doubt.again.is_some());
+    window.state_mut().push(Command::Proceed(frontalis::gui::command::After::Open(path.clone())));
+    settle(&mut window);
+    assert!(window.state().view().frames.doubt.other.is_none() && window.state().view().frames.doubt.again.is_none());
 
     other.frames.last = other.frames.first.clone();
     file::save(&other, &path).unwrap();

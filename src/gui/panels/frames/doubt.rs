@@ -50,9 +50,9 @@ pub struct Other {
 /// What was found for one outcome.
 #[derive(Debug, Default)]
 struct Found {
-    worth: Vec<Worth>,
-    gaps: Vec<Gap>,
-    agreement: Option<Agreement>,
+    worth: Option<Vec<Worth>>,
+    gaps: Option<Vec<Gap>>,
+    agreement: Option<Option<Agreement>>,
 }
 
 /// More marks than this are not weighed against each other after every motion of the hand: that would take longer than a frame.
@@ -72,31 +72,50 @@ impl DoubtView {
         self.found = None;
     }
 
-    fn found(&mut self, scene: Scene<'_>, chosen: &[u32]) -> &Found {
-        let holds = self.found.as_ref().is_some_and(|(stamp, of, _)| *stamp == scene.stamp && of == chosen);
-        if !holds {
-            let found = scene.springs.map_or_else(Found::default, |springs| Found {
-                worth: worth_marking(scene.project, scene.face, scene.outcome, springs, chosen),
-                gaps: if scene.project.features.len() > MOST_MARKS {
-                    Vec::new()
-                } else {
-                    gaps(scene.project, scene.face, scene.outcome, springs)
-                },
-                agreement: self.other.as_ref().and_then(|o| compare(scene.project, &o.project).ok()),
-            });
-            self.found = Some((scene.stamp, chosen.to_vec(), found));
-        }
-        &self.found.get_or_insert_with(|| (scene.stamp, Vec::new(), Found::default())).2
+    /// What was found for this outcome so far. Each part is made when it is first asked for: after every motion of the hand the table needs
+    /// the gaps, and the rest only while it is shown.
+    fn found(&mut self, scene: Scene<'_>, chosen: &[u32]) -> &mut Found {
+        let before = self.found.take().filter(|(stamp, of, _)| *stamp == scene.stamp && of == chosen);
+        &mut self.found.insert(before.unwrap_or_else(|| (scene.stamp, chosen.to_vec(), Found::default()))).2
     }
 
     /// Every mark of the last frame against its neighbours, the worst first.
     pub fn gaps(&mut self, scene: Scene<'_>, chosen: &[u32]) -> &[Gap] {
-        &self.found(scene, chosen).gaps
+        self.found(scene, chosen).gaps.get_or_insert_with(|| match scene.springs {
+            Some(springs) if scene.project.features.len() <= MOST_MARKS => {
+                gaps(scene.project, scene.face, scene.outcome, springs)
+            }
+            _ => Vec::new(),
+        })
     }
 
-    /// The point worth marking next.
-    pub fn next_worth(&mut self, scene: Scene<'_>, chosen: &[u32]) -> Option<u32> {
-        self.found(scene, chosen).worth.first().map(|w| w.vertex)
+    /// The points worth marking, the worthiest first.
+    pub fn worth(&mut self, scene: Scene<'_>, chosen: &[u32]) -> &[Worth] {
+        self.found(scene, chosen).worth.get_or_insert_with(|| match scene.springs {
+            Some(springs) => worth_marking(scene.project, scene.face, scene.outcome, springs, chosen),
+            None => Vec::new(),
+        })
+    }
+
+    /// How well the other project agrees, if there is one on the same frames.
+    fn agreement(&mut self, scene: Scene<'_>, chosen: &[u32]) -> Option<&Agreement> {
+        let other = self.other.take();
+        let compared = || compare(scene.project, &other.as_ref()?.project).ok();
+        self.found(scene, chosen).agreement.get_or_insert_with(compared);
+        self.other = other;
+        self.found.as_ref()?.2.agreement.as_ref()?.as_ref()
+    }
+
+    /// Begins anew: another project is open.
+    pub fn reset(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Goes on from what is marked again by now: an undo goes back to its point.
+    pub fn follow(&mut self, project: &Project) {
+        if let Some(again) = &mut self.again {
+            again.done = again.points.iter().take_while(|v| project.repeats.contains_key(v)).count();
+        }
     }
 
     /// The marks to blame for folded triangles of the last frame: of each, the corner that lies farthest from where its neighbours
@@ -106,7 +125,7 @@ impl DoubtView {
         if folded.is_empty() {
             return Vec::new();
         }
-        let gaps = &self.found(scene, chosen).gaps;
+        let gaps = self.gaps(scene, chosen);
         let triangles = scene.face.mesh().triangles();
         let guilty = folded.iter().filter_map(|&t| {
             let corners = triangles.get(t as usize)?;
@@ -185,7 +204,7 @@ fn worth(
     let hint = "Points without a mark, or in doubt, by how much the forces change for one pixel of their error.";
     heading(ui, "Worth marking next", hint);
     let unit = scene.outcome.unit();
-    let list = &view.doubt.found(scene, chosen).worth;
+    let list = view.doubt.worth(scene, chosen);
     if list.is_empty() {
         ui.weak("Every chosen point is marked, and none in doubt.");
         return;
@@ -212,7 +231,7 @@ fn standing_out(
 ) {
     let hint = "Marks that lie farther from where their neighbours lead than their own error and that of the neighbours explain.";
     heading(ui, "Marks that stand out", hint);
-    let list: Vec<&Gap> = view.doubt.found(scene, chosen).gaps.iter().filter(|g| g.stands_out()).collect();
+    let list: Vec<&Gap> = view.doubt.gaps(scene, chosen).iter().filter(|g| g.stands_out()).collect();
     if list.is_empty() {
         ui.weak("None: every mark goes with its neighbours.");
         return;
@@ -280,7 +299,7 @@ fn other_hand(
         return;
     };
     ui.label(name);
-    if let Some(agreement) = &view.doubt.found(scene, chosen).agreement {
+    if let Some(agreement) = view.doubt.agreement(scene, chosen) {
         match &agreement.summary {
             Some(s) => {
                 ui.weak(format!("{} points in both, median distance {} px", s.points, fixed(s.median_px, 2)));

@@ -272,6 +272,9 @@ pub fn show(
 ) {
     let chosen = points::chosen_vertices(scene, &view.regions);
     let drawing = view.drawing(scene);
+    if view.drag.is_none() {
+        view.doubt.follow(scene.project);
+    }
     view.guilty = view.doubt.guilty(scene, &chosen);
     // Of a width that no content changes: the panes beside it must not move under the pointer.
     egui::Panel::right("side").exact_size(SIDE_WIDTH).show(ui, |ui| {
