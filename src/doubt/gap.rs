@@ -24,7 +24,8 @@ pub struct Gap {
 
 impl Gap {
     /// Whether the mark lies beyond what its own error and its neighbours' explain: 3.4 standard errors, which one good mark in three
-    /// hundred exceeds (Rayleigh).
+    /// hundred exceeds (Rayleigh) where the motion is as even as the fit supposes. Skin that bends sharply, or ends beside the point, makes
+    /// true marks stand out as well: six of the sample's 134.
     pub fn stands_out(&self) -> bool {
         self.px > STANDS_OUT * self.expected.sigma_px
     }

@@ -3,7 +3,7 @@
 use egui::{Button, RichText};
 
 use super::FramesView;
-use crate::doubt::agreement::{Agreement, compare};
+use crate::doubt::agreement::{Agreement, NotComparable, compare};
 use crate::doubt::gap::{Gap, gap, gaps};
 use crate::doubt::repeats::{self, hand_error};
 use crate::doubt::worth::{Worth, worth_marking};
@@ -52,7 +52,7 @@ pub struct Other {
 struct Found {
     worth: Option<Vec<Worth>>,
     gaps: Option<Vec<Gap>>,
-    agreement: Option<Option<Agreement>>,
+    agreement: Option<Result<Agreement, NotComparable>>,
 }
 
 /// More marks than this are not weighed against each other after every motion of the hand: that would take longer than a frame.
@@ -97,13 +97,15 @@ impl DoubtView {
         })
     }
 
-    /// How well the other project agrees, if there is one on the same frames.
-    fn agreement(&mut self, scene: Scene<'_>, chosen: &[u32]) -> Option<&Agreement> {
+    /// How well the other project agrees, if there is one.
+    fn agreement(&mut self, scene: Scene<'_>, chosen: &[u32]) -> Option<&Result<Agreement, NotComparable>> {
         let other = self.other.take();
-        let compared = || compare(scene.project, &other.as_ref()?.project).ok();
-        self.found(scene, chosen).agreement.get_or_insert_with(compared);
+        let found = self.found(scene, chosen);
+        if let (None, Some(other)) = (&found.agreement, &other) {
+            found.agreement = Some(compare(scene.project, &other.project));
+        }
         self.other = other;
-        self.found.as_ref()?.2.agreement.as_ref()?.as_ref()
+        self.found.as_ref()?.2.agreement.as_ref()
     }
 
     /// Begins anew: another project is open.
@@ -229,7 +231,7 @@ fn standing_out(
     view: &mut FramesView,
     commands: &mut Vec<Command>,
 ) {
-    let hint = "Marks that lie farther from where their neighbours lead than their own error and that of the neighbours explain.";
+    let hint = "Marks that lie farther from where their neighbours lead than their own error and that of the neighbours explain. Look again: skin that bends sharply does so as well.";
     heading(ui, "Marks that stand out", hint);
     let list: Vec<&Gap> = view.doubt.gaps(scene, chosen).iter().filter(|g| g.stands_out()).collect();
     if list.is_empty() {
@@ -299,35 +301,40 @@ fn other_hand(
         return;
     };
     ui.label(name);
-    if let Some(agreement) = view.doubt.agreement(scene, chosen) {
-        match &agreement.summary {
-            Some(s) => {
-                ui.weak(format!("{} points in both, median distance {} px", s.points, fixed(s.median_px, 2)));
-                for (axis, bias, [low, high]) in
-                    [("x", s.bias_px[0], s.limits_x_px), ("y", s.bias_px[1], s.limits_y_px)]
-                {
-                    let [bias, low, high] = [bias, low, high].map(|p| fixed(p, 2));
-                    ui.label(format!("{axis}: bias {bias} px, 95 % of {low} to {high}"));
-                }
-                let each = fixed(s.sigma_each_px, 2);
-                ui.weak(format!("Each hand errs by {each} px along an axis, if both err alike."));
-            }
-            None => _ = ui.weak("Fewer than two points are marked in both."),
-        }
-        for d in agreement.differences.iter().take(SHOWN) {
-            let name = match &d.id {
-                PointId::Landmark(id) => scene.face.landmark(id).map_or_else(|| id.clone(), |l| l.name.clone()),
-                PointId::FeatureFirst(v) => format!("{v} in the first frame"),
-                PointId::FeatureLast(v) => v.to_string(),
-            };
-            row_of(ui, &d.id, name, format!("{} px apart", fixed(d.distance_px(), 1)), commands);
-        }
-        let (a, b) = (agreement.only_a.len(), agreement.only_b.len());
-        if a + b > 0 {
-            ui.weak(format!("{a} marked here alone, {b} there alone."));
-        }
+    match view.doubt.agreement(scene, chosen) {
+        Some(Ok(agreement)) => agreement_in_numbers(ui, scene, agreement, commands),
+        // A frame was changed since.
+        Some(Err(why)) => _ = ui.colored_label(theme::palette(ui.visuals()).warn, why.to_string()),
+        None => {}
     }
     action_button(ui, Action::Compare, "Stop comparing", state, commands);
+}
+
+fn agreement_in_numbers(ui: &mut egui::Ui, scene: Scene<'_>, agreement: &Agreement, commands: &mut Vec<Command>) {
+    match &agreement.summary {
+        Some(s) => {
+            ui.weak(format!("{} points in both, median distance {} px", s.points, fixed(s.median_px, 2)));
+            for (axis, bias, [low, high]) in [("x", s.bias_px[0], s.limits_x_px), ("y", s.bias_px[1], s.limits_y_px)] {
+                let [bias, low, high] = [bias, low, high].map(|p| fixed(p, 2));
+                ui.label(format!("{axis}: bias {bias} px, 95 % of {low} to {high}"));
+            }
+            let each = fixed(s.sigma_each_px, 2);
+            ui.weak(format!("Each hand errs by {each} px along an axis, if both err alike."));
+        }
+        None => _ = ui.weak("Fewer than two points are marked in both."),
+    }
+    for d in agreement.differences.iter().take(SHOWN) {
+        let name = match &d.id {
+            PointId::Landmark(id) => scene.face.landmark(id).map_or_else(|| id.clone(), |l| l.name.clone()),
+            PointId::FeatureFirst(v) => format!("{v} in the first frame"),
+            PointId::FeatureLast(v) => v.to_string(),
+        };
+        row_of(ui, &d.id, name, format!("{} px apart", fixed(d.distance_px(), 1)), commands);
+    }
+    let (a, b) = (agreement.only_a.len(), agreement.only_b.len());
+    if a + b > 0 {
+        ui.weak(format!("{a} marked here alone, {b} there alone."));
+    }
 }
 
 /// The marks of the other project in this frame, each with the own mark of the point if there is one, px.
