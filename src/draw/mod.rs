@@ -2,6 +2,7 @@
 
 pub mod colour_map;
 pub mod height_map;
+pub mod line_chart;
 pub mod numbers;
 pub mod raster;
 pub mod robust_range;
