@@ -63,6 +63,10 @@ pub mod forces;
 
 pub mod marking;
 
+pub mod muscle;
+
+pub mod fit;
+
 pub mod project;
 
 pub mod pipeline;

@@ -17,6 +17,8 @@ const FLOORS: &[(&str, u8)] = &[
     ("displacement", 2),
     ("forces", 2),
     ("marking", 2),
+    ("muscle", 2),
+    ("fit", 3),
     ("project", 3),
     ("pipeline", 4),
     ("doubt", 5),

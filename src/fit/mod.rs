@@ -1,0 +1,32 @@
+//! Fits: from a measured field of forces to laws, strengths and muscles. Knows samples and fibres, no face.
+
+use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// One measured force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Where the skin was in the first frame, mm.
+    pub position: Point3<f64>,
+    /// The force on it, N.
+    pub force: Vector3<f64>,
+    /// Its standard error, N: the root mean square length of the error vector. 0 where it is not known.
+    pub sigma: f64,
+    /// The skin's outward unit normal.
+    pub normal: Vector3<f64>,
+}
+
+/// What of the forces is compared with a law.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Compare {
+    /// All three components.
+    #[default]
+    Vectors,
+    /// The part in the skin's surface, of both force and law: what a frame shows.
+    Tangential,
+    /// The component along the nearest fibre, with its sign.
+    Along,
+    /// The length of the force and of the sum of all muscles' forces, as the thesis fits. Noise makes lengths too long.
+    Magnitudes,
+}
