@@ -71,6 +71,8 @@ pub mod project;
 
 pub mod pipeline;
 
+pub mod muscle_field;
+
 pub mod doubt;
 
 pub mod suggest;

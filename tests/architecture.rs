@@ -22,12 +22,13 @@ const FLOORS: &[(&str, u8)] = &[
     ("project", 3),
     ("pipeline", 4),
     ("doubt", 5),
+    ("muscle_field", 5),
     ("suggest", 5),
-    ("study", 5),
-    ("export", 6),
-    ("import", 7),
-    ("cli", 8),
-    ("gui", 8),
+    ("study", 6),
+    ("export", 7),
+    ("import", 8),
+    ("cli", 9),
+    ("gui", 9),
 ];
 
 /// Crates that only the window may name.

@@ -184,20 +184,16 @@ impl LineChart {
         let y = Place::of(&self.y, ys, [plot[3], plot[1]]);
         let mut out = String::new();
         self.frame(&mut out, plot, &x, &y);
+        // A drawing inside the drawing is cut off at its sides, and needs no name: several charts may stand in one page.
+        let [x0, y0, w, h] = [plot[0] - 5.0, plot[1] - 5.0, plot[2] - plot[0] + 10.0, plot[3] - plot[1] + 10.0];
         let _ = write!(
             out,
-            r#"<clipPath id="c{0:.0}-{1:.0}"><rect x="{2:.1}" y="{3:.1}" width="{4:.1}" height="{5:.1}"/></clipPath><g clip-path="url(#c{0:.0}-{1:.0})">"#,
-            left,
-            top,
-            plot[0] - 5.0,
-            plot[1] - 5.0,
-            plot[2] - plot[0] + 10.0,
-            plot[3] - plot[1] + 10.0
+            r#"<svg x="{x0:.1}" y="{y0:.1}" width="{w:.1}" height="{h:.1}" viewBox="{x0:.1} {y0:.1} {w:.1} {h:.1}">"#
         );
         for series in &self.series {
             draw_series(&mut out, series, &x, &y);
         }
-        out.push_str("</g>");
+        out.push_str("</svg>");
         if named.len() > 1 {
             for (k, series) in named.iter().enumerate() {
                 let at = plot[3] + MARGINS[3] + LINE_HEIGHT * k as f64;
@@ -247,7 +243,7 @@ impl LineChart {
             );
         }
         if y.spread == Spread::Linear && y.range[0] < 0.0 && y.range[1] > 0.0 {
-            let _ = write!(out, r##"<path d="M{left:.1} {:.1}H{right:.1}" stroke="{INK}"/>"##, y.at(0.0));
+            let _ = write!(out, r#"<path d="M{left:.1} {:.1}H{right:.1}" stroke="{INK}"/>"#, y.at(0.0));
         }
         let _ = write!(
             out,
@@ -390,7 +386,7 @@ impl BarChart {
             let [low, high] = bar.interval.map(|v| x.at(v.clamp(x.range[0], x.range[1])));
             let _ = write!(
                 out,
-                r##"<text x="{0:.1}" y="{1:.1}" text-anchor="end">{2}</text><rect x="{from:.1}" y="{3:.1}" width="{4:.1}" height="12" fill="{colour}"/><path d="M{low:.1} {5:.1}H{high:.1}M{low:.1} {6:.1}v8M{high:.1} {6:.1}v8" stroke="{INK}" fill="none"/><text x="{7:.1}" y="{1:.1}" fill="{WEAK}">{8}</text>"##,
+                r#"<text x="{0:.1}" y="{1:.1}" text-anchor="end">{2}</text><rect x="{from:.1}" y="{3:.1}" width="{4:.1}" height="12" fill="{colour}"/><path d="M{low:.1} {5:.1}H{high:.1}M{low:.1} {6:.1}v8M{high:.1} {6:.1}v8" stroke="{INK}" fill="none"/><text x="{7:.1}" y="{1:.1}" fill="{WEAK}">{8}</text>"#,
                 ends[0] - 8.0,
                 y + 14.0,
                 escape(&bar.name),

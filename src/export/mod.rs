@@ -2,6 +2,7 @@
 
 pub mod coco;
 pub mod csv;
+pub mod document;
 pub mod face_plate;
 pub mod height_map;
 pub mod homologous;

@@ -217,6 +217,13 @@ impl Mesh {
         normals
     }
 
+    /// The same for one vertex.
+    pub fn normal_at(&self, positions: &[Point3<f64>], vertex: usize) -> Vector3<f64> {
+        let triangles = self.triangles_of_vertex(vertex).iter();
+        let sum: Vector3<f64> = triangles.map(|t| doubled_area_vector(positions, self.triangles[*t as usize])).sum();
+        sum.try_normalize(1e-12).unwrap_or_else(Vector3::z)
+    }
+
     /// Area of the skin that each vertex stands for: a third of its triangles, mm².
     pub fn vertex_areas(&self, positions: &[Point3<f64>]) -> Vec<f64> {
         let mut areas = vec![0.0; self.len()];

@@ -6,7 +6,6 @@ pub mod options;
 pub mod palette;
 pub mod parts;
 pub mod picking;
-pub mod profile;
 pub mod quantity;
 pub mod range;
 pub mod scene;

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::face::{FaceModel, Muscle};
+use crate::muscle_field::fibres::{fibre_field, muscle_name};
 use crate::pipeline::Outcome;
 
 /// What is drawn as height and colour.
@@ -11,7 +12,9 @@ pub enum Quantity {
     /// Length of the force.
     #[default]
     Magnitude,
-    /// Component of the force along a direction; signed.
+    /// Component along the fibre of the muscle that runs through the vertex; signed.
+    AlongFibre,
+    /// Component of the force along one direction; signed.
     Along,
     /// Length of the part in the surface.
     Tangential,
@@ -29,8 +32,9 @@ pub enum Quantity {
 
 impl Quantity {
     /// In the order of the chooser.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Magnitude,
+        Self::AlongFibre,
         Self::Along,
         Self::Tangential,
         Self::Normal,
@@ -44,6 +48,7 @@ impl Quantity {
     pub fn label(self) -> &'static str {
         match self {
             Self::Magnitude => "Force",
+            Self::AlongFibre => "Force along the fibres",
             Self::Along => "Force along a direction",
             Self::Tangential => "Force in the skin",
             Self::Normal => "Force out of the skin",
@@ -58,6 +63,9 @@ impl Quantity {
     pub fn hint(self) -> &'static str {
         match self {
             Self::Magnitude => "Length of the muscles' force on each vertex, |F| = |−K X|",
+            Self::AlongFibre => {
+                "The force's component along the fibre of the muscle in whose band the vertex lies; positive pulls to the bone, negative away from it"
+            }
             Self::Along => "The force's component along the direction chosen beside; positive pulls that way",
             Self::Tangential => "Length of the part of the force that lies in the surface of the skin",
             Self::Normal => "The force's component along the outward normal; negative presses on the skull",
@@ -72,7 +80,7 @@ impl Quantity {
 
     /// Whether values of both signs occur.
     pub fn is_signed(self) -> bool {
-        matches!(self, Self::Along | Self::Normal)
+        matches!(self, Self::AlongFibre | Self::Along | Self::Normal)
     }
 }
 
@@ -121,8 +129,12 @@ impl Layer {
             _ => Vector3::y(),
         };
         let at = |list: &[f64], v: usize| list.get(v).copied().unwrap_or(f64::NAN);
+        let fibres = if quantity == Quantity::AlongFibre { fibre_field(face, &outcome.first) } else { Vec::new() };
+        let along_own = |v: usize| Some(field.force[v].dot(&fibres.get(v)?.as_ref()?.direction));
         let value = |v: usize| match quantity {
             Quantity::Magnitude => field.force[v].norm(),
+            // No muscle runs there: no number.
+            Quantity::AlongFibre => along_own(v).unwrap_or(f64::NAN),
             Quantity::Along => field.force[v].dot(&along),
             Quantity::Tangential => at(&field.tangential, v),
             Quantity::Normal => at(&field.normal, v),
@@ -140,8 +152,10 @@ impl Layer {
             .collect();
         let mut sets_range = outcome.sets_range();
         sets_range.resize(values.len(), false);
-        let is_force =
-            matches!(quantity, Quantity::Magnitude | Quantity::Along | Quantity::Tangential | Quantity::Normal);
+        let is_force = matches!(
+            quantity,
+            Quantity::Magnitude | Quantity::AlongFibre | Quantity::Along | Quantity::Tangential | Quantity::Normal
+        );
         let title = match (quantity, direction, muscle) {
             (Quantity::Along, Direction::Fibre, Some(muscle)) => format!("Force along {}", muscle_name(muscle)),
             (Quantity::Along, ..) => "Force upwards".to_owned(),
@@ -189,33 +203,4 @@ pub fn fibre_direction(outcome: &Outcome, muscle: &Muscle) -> Option<Vector3<f64
     let attachment = outcome.first.get(muscle.attachment as usize)?;
     let insertion = outcome.first.get(muscle.insertion as usize)?;
     (attachment - insertion).try_normalize(1e-9)
-}
-
-/// "Musculus frontalis, pars medialis (left, AU 1)".
-pub fn muscle_name(muscle: &Muscle) -> String {
-    let side = match muscle.side {
-        crate::face::Side::Left => "left",
-        crate::face::Side::Right => "right",
-    };
-    format!("{} ({side}, AU {})", muscle.latin.trim_start_matches("Musculus "), muscle.action_unit)
-}
-
-/// The muscle whose band of fibres holds the vertex; of several the one whose fibre is nearest.
-pub fn muscle_at(outcome: &Outcome, face: &FaceModel, vertex: usize) -> Option<usize> {
-    let x = outcome.first.get(vertex)?;
-    let mut best: Option<(usize, f64)> = None;
-    for (m, muscle) in face.muscles().iter().enumerate() {
-        let (Some(a), Some(i)) =
-            (outcome.first.get(muscle.attachment as usize), outcome.first.get(muscle.insertion as usize))
-        else {
-            continue;
-        };
-        let fibre = a - i;
-        let share = ((x - i).dot(&fibre) / fibre.norm_squared().max(1e-12)).clamp(0.0, 1.0);
-        let distance = (x - (i + fibre * share)).norm();
-        if distance <= muscle.half_width_mm && best.is_none_or(|(_, d)| distance < d) {
-            best = Some((m, distance));
-        }
-    }
-    best.map(|(m, _)| m)
 }

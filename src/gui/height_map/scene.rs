@@ -12,12 +12,12 @@ use super::ink::{Ink, Inks};
 use super::options::{ErrorDisplay, MapOptions, noise_floor};
 use super::palette::Palette;
 use super::parts::Parts;
-use super::profile::Line;
 use super::quantity::Layer;
 use super::surface::{Piece, Relief, Surface, at, level_piece, levels_between};
 use crate::displacement::VertexState;
 use crate::face::mesh::{Mesh, NONE};
 use crate::gui::orbit_view::Projection;
+use crate::muscle_field::section::Line;
 use crate::pipeline::Outcome;
 use crate::pipeline::peak::STANDS_ABOVE;
 

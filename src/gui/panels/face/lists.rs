@@ -5,9 +5,9 @@ use egui::{Button, DragValue, RichText, Ui, Vec2};
 use super::FaceView;
 use crate::face::draft::{DraftEdit, Slot};
 use crate::gui::face_work::OpenFace;
-use crate::gui::height_map::quantity::muscle_name;
 use crate::gui::pictures::file_name;
 use crate::gui::{Command, theme};
+use crate::muscle_field::fibres::muscle_name;
 
 /// Name, file and size of the face.
 pub(super) fn head(ui: &mut Ui, open: &OpenFace, commands: &mut Vec<Command>) {

@@ -11,12 +11,12 @@ use crate::draw::ticks::nice_ticks;
 use crate::gui::height_map::axes::{self, HeightAxis};
 use crate::gui::height_map::ink::{Ink, Inks};
 use crate::gui::height_map::picking::{pick, place};
-use crate::gui::height_map::profile::Line;
 use crate::gui::height_map::range::{RangeMode, range_of, round_down};
 use crate::gui::height_map::scene::{Projected, Scene as MapScene};
 use crate::gui::height_map::{Layer, MapOptions, Relief};
 use crate::gui::orbit_view::{self, OrbitView};
 use crate::gui::{Command, Focus, Scene};
+use crate::muscle_field::section::Line;
 
 /// Room round the map for numbers and titles: left, top, right (the colour bar), bottom.
 const MARGINS: [f32; 4] = [58.0, 72.0, 128.0, 72.0];

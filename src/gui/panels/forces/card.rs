@@ -6,7 +6,7 @@ use nalgebra::Point3;
 use crate::gui::Scene;
 use crate::gui::height_map::Layer;
 use crate::gui::height_map::options::{fixed, significant, with_error};
-use crate::gui::height_map::quantity::{fibre_direction, muscle_at, muscle_name};
+use crate::muscle_field::fibres::{fibre_through, muscle_name};
 use crate::pipeline::peak::STANDS_ABOVE;
 
 /// Shows the card of a vertex, or how to get one.
@@ -27,8 +27,8 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, layer: &Layer, first: &[Point3
     if let Some(landmark) = scene.face.landmarks().iter().find(|l| l.vertex as usize == v) {
         ui.weak(&landmark.name);
     }
-    if let Some(m) = muscle_at(outcome, scene.face, v) {
-        ui.weak(format!("in {}", muscle_name(&scene.face.muscles()[m])));
+    if let Some(fibre) = fibre_through(scene.face, &outcome.first, v) {
+        ui.weak(format!("in {}", muscle_name(&scene.face.muscles()[fibre.muscle])));
     }
     ui.add_space(2.0);
     egui::Grid::new("vertex card").num_columns(2).spacing([12.0, 3.0]).show(ui, |ui| {
@@ -78,10 +78,8 @@ fn forces(ui: &mut Ui, scene: Scene<'_>, v: usize) {
             row(ui, name, &format!("{} {unit}", significant(*value, 3)));
         }
     }
-    let fibre = muscle_at(scene.outcome, scene.face, v)
-        .and_then(|m| fibre_direction(scene.outcome, &scene.face.muscles()[m]))
-        .map(|along| force.dot(&along));
-    if let Some(along) = fibre {
+    if let Some(fibre) = fibre_through(scene.face, &scene.outcome.first, v) {
+        let along = force.dot(&fibre.direction);
         row(ui, "Along its fibre", &format!("{} {unit}", significant(along, 3)));
     }
     if let Some(change) = field.depth_change.get(v) {

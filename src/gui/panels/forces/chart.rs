@@ -5,7 +5,7 @@ use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, pos2, vec2};
 use super::legend::hatch;
 use crate::draw::ticks::{labels, nice_ticks};
 use crate::gui::height_map::ink::Inks;
-use crate::gui::height_map::profile::{ProfilePoint, Section};
+use crate::muscle_field::section::{ProfilePoint, Section};
 
 /// What a chart shows.
 pub(super) struct Chart<'a> {

@@ -12,11 +12,11 @@ mod table;
 mod toolbar;
 
 use crate::gui::action::Action;
-use crate::gui::height_map::profile::Section;
 use crate::gui::height_map::{ColourRange, Layer, MapOptions, RangeMode};
 use crate::gui::orbit_view::{OrbitView, Projection, StandardView};
 use crate::gui::panels::in_fixed_width;
 use crate::gui::{Command, Focus, Scene};
+use crate::muscle_field::section::Section;
 use crate::project::PointId;
 
 use prepared::Prepared;

@@ -9,12 +9,12 @@ use crate::gui::face_drawing::levels::{Level, Levels};
 use crate::gui::height_map::axes::Ground;
 use crate::gui::height_map::palette::Palette;
 use crate::gui::height_map::parts::{self, Parts};
-use crate::gui::height_map::profile::Line;
 use crate::gui::height_map::range::{ColourRange, RangeMode, range_of};
 use crate::gui::height_map::scene::Projected;
 use crate::gui::height_map::{Direction, Layer, MapOptions, Quantity, Relief, Surface};
 use crate::gui::orbit_view::Projection;
 use crate::gui::{Scene, Stamp};
+use crate::muscle_field::section::Line;
 
 /// The layer of an outcome, and where its vertices are.
 #[derive(Debug)]

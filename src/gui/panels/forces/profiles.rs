@@ -7,11 +7,11 @@ use super::chart::{self, Chart};
 use super::prepared::Prepared;
 use super::{ForcesView, select};
 use crate::gui::height_map::ink::Inks;
-use crate::gui::height_map::profile::{Line, ProfilePoint, Section, section};
-use crate::gui::height_map::quantity::muscle_name;
 use crate::gui::height_map::range::round_up;
 use crate::gui::height_map::{Direction, Quantity};
 use crate::gui::{Command, Focus, Scene, Stamp};
+use crate::muscle_field::fibres::muscle_name;
+use crate::muscle_field::section::{Line, ProfilePoint, Section, section};
 
 /// What two profiles were cut from.
 #[derive(Clone, Copy, Debug, PartialEq)]

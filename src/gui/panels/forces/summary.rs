@@ -6,8 +6,8 @@ use nalgebra::Point3;
 use super::select;
 use crate::displacement::VertexState;
 use crate::gui::height_map::options::{significant, with_error};
-use crate::gui::height_map::quantity::{muscle_at, muscle_name};
 use crate::gui::{Command, Focus, Scene, run_command::capital};
+use crate::muscle_field::fibres::{fibre_through, muscle_name};
 use crate::pipeline::{Outcome, Peak};
 
 /// Shows the lines.
@@ -29,8 +29,8 @@ pub(super) fn show(
             ui.label(format!("{} {unit}", with_error(force, Some(sigma))));
             let place = format!("x {:.0}, y {:.0} mm", at.x, at.y).replace('-', "−");
             link(ui, format!("vertex {vertex} at {place}"), "Select it", vertex, focus, commands);
-            if let Some(m) = muscle_at(outcome, scene.face, vertex) {
-                ui.weak(format!("in {}", muscle_name(&scene.face.muscles()[m])));
+            if let Some(fibre) = fibre_through(scene.face, &outcome.first, vertex) {
+                ui.weak(format!("in {}", muscle_name(&scene.face.muscles()[fibre.muscle])));
             }
         }
         finding => _ = ui.label(capital(&finding.in_words(unit)) + "."),

@@ -6,11 +6,11 @@ use super::prepared::Prepared;
 use super::{ForcesView, Tab};
 use crate::draw::colour_map::ColourMap;
 use crate::gui::Scene;
-use crate::gui::height_map::quantity::muscle_name;
 use crate::gui::height_map::{
     ColourCurve, ColourRange, Direction, ErrorDisplay, Exaggeration, MapOptions, Quantity, RangeMode, Relief,
 };
 use crate::gui::orbit_view::StandardView;
+use crate::muscle_field::fibres::muscle_name;
 
 /// Shows the row; it wraps where the window is narrow.
 pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, view: &mut ForcesView, prepared: &Prepared) {

@@ -63,6 +63,53 @@ pub struct Section {
     pub points: Vec<ProfilePoint>,
 }
 
+/// Where the line enters and leaves one triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cut {
+    /// The triangle.
+    pub triangle: usize,
+    /// For both ends, in the line's direction: coordinate along the line (mm), the two vertices between which it lies, the share of the
+    /// second one.
+    pub ends: [(f64, [u32; 2], f64); 2],
+}
+
+impl Cut {
+    /// Where the ends lie, mm.
+    pub fn points(&self, first: &[Point3<f64>]) -> [Point3<f64>; 2] {
+        self.ends.map(|(_, [a, b], share)| {
+            let (a, b) = (first[a as usize], first[b as usize]);
+            a + (b - a) * share
+        })
+    }
+}
+
+/// The triangles that a plane upright on the plan along the line goes through, by coordinate. Only those that `taken` takes.
+pub fn cuts(mesh: &Mesh, first: &[Point3<f64>], line: &Line, taken: impl Fn([u32; 3]) -> bool) -> Vec<Cut> {
+    let mut all = Vec::new();
+    for (triangle, &t) in mesh.triangles().iter().enumerate() {
+        let places = t.map(|v| line.place(&first[v as usize]));
+        let side = places.map(|p| p.1);
+        if side.iter().all(|s| *s < 0.0) || side.iter().all(|s| *s >= 0.0) || !taken(t) {
+            continue;
+        }
+        let mut ends = [(0.0, [0; 2], 0.0); 2];
+        let mut found = 0;
+        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+            if (side[a] < 0.0) != (side[b] < 0.0) && found < 2 {
+                let share = side[a] / (side[a] - side[b]);
+                ends[found] = (places[a].0 + share * (places[b].0 - places[a].0), [t[a], t[b]], share);
+                found += 1;
+            }
+        }
+        if found == 2 {
+            let [a, b] = ends;
+            all.push(Cut { triangle, ends: if a.0 <= b.0 { [a, b] } else { [b, a] } });
+        }
+    }
+    all.sort_by(|a, b| a.ends[0].0.total_cmp(&b.ends[0].0));
+    all
+}
+
 /// Cuts the piecewise linear surface of `values` along a line. Triangles with an unknown corner are left out: the curve has gaps there.
 pub fn section(
     mesh: &Mesh,
@@ -72,28 +119,17 @@ pub fn section(
 ) -> Section {
     // Where nothing is known nothing is asked: of a large face that is most of it.
     let known: Vec<Option<f64>> = (0..first.len()).map(|v| value_and_error(v).map(|(value, _)| value)).collect();
-    let mut pieces = Vec::new();
-    for t in mesh.triangles() {
-        let t = t.map(|v| v as usize);
-        let Some(value) = corner_values(t, |v| known.get(v).copied().flatten()) else { continue };
-        let places = t.map(|v| line.place(&first[v]));
-        let side = places.map(|p| p.1);
-        if side.iter().all(|s| *s < 0.0) || side.iter().all(|s| *s >= 0.0) {
-            continue;
-        }
-        let along = places.map(|p| p.0);
-        let mut ends = Vec::with_capacity(2);
-        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
-            if (side[a] < 0.0) != (side[b] < 0.0) {
-                let share = side[a] / (side[a] - side[b]);
-                ends.push([along[a] + share * (along[b] - along[a]), value[a] + share * (value[b] - value[a])]);
-            }
-        }
-        if let [a, b] = ends[..] {
-            pieces.push(if a[0] <= b[0] { [a, b] } else { [b, a] });
-        }
-    }
-    pieces.sort_by(|a, b| a[0][0].total_cmp(&b[0][0]));
+    let value = |v: u32| known.get(v as usize).copied().flatten();
+    let pieces = cuts(mesh, first, line, |t| t.iter().all(|v| value(*v).is_some()))
+        .into_iter()
+        .filter_map(|cut| {
+            let [from, to] = cut.ends.map(|(at, [a, b], share)| {
+                let (a, b) = (value(a)?, value(b)?);
+                Some([at, a + share * (b - a)])
+            });
+            Some([from?, to?])
+        })
+        .collect();
     let mut points: Vec<ProfilePoint> = known
         .iter()
         .enumerate()
@@ -107,10 +143,6 @@ pub fn section(
         .collect();
     points.sort_by(|a, b| a.at_mm.total_cmp(&b.at_mm));
     Section { pieces, points }
-}
-
-fn corner_values(t: [usize; 3], of: impl Fn(usize) -> Option<f64>) -> Option<[f64; 3]> {
-    Some([of(t[0])?, of(t[1])?, of(t[2])?])
 }
 
 #[cfg(test)]

@@ -1,0 +1,19 @@
+//! The muscles behind a force field: which pulled, how hard, by which law, and how sure that is.
+//!
+//! ```text
+//! Outcome ─▶ samples ─▶ activations ─▶ the smallest set ─▶ the four laws ─▶ ladder, profiles, two subjects
+//! ```
+//! Stands between the chain, which knows pixels and skin, and the fits, which know neither: here vertices become samples and muscles of
+//! the face become fibres.
+
+pub mod fibres;
+pub mod maps;
+pub mod profiles;
+pub mod samples;
+pub mod section;
+
+pub use fibres::{FibreAt, FibreOf};
+pub use samples::{Include, Samples};
+
+#[cfg(test)]
+mod tests;
