@@ -1,5 +1,16 @@
 //! Fits: from a measured field of forces to laws, strengths and muscles. Knows samples and fibres, no face.
 
+pub mod activations;
+pub mod design;
+pub mod non_negative;
+pub mod patches;
+pub mod selection;
+pub mod student_tail;
+
+pub use activations::{Activation, Activations, activations};
+pub use design::{Design, DesignError};
+pub use selection::{Selection, SelectionSettings, smallest_set};
+
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 

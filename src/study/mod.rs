@@ -1,5 +1,6 @@
 //! Studies: scenes whose truth is known, against which the chain is measured.
 
+pub mod activation_trial;
 pub mod face_fit;
 pub mod marking_trial;
 pub mod people;

@@ -21,6 +21,7 @@ use crate::camera::{Camera, RigidMotion};
 use crate::face::FaceModel;
 pub use brow_raise::BrowRaise;
 pub use crossings::TrueCrossing;
+pub(super) use noise::normal_pair;
 use surface::{OnSurface, Surface};
 
 /// The smallest turn of a head that was asked to keep still, degrees.
@@ -156,7 +157,7 @@ impl Twin {
         let mut random = Pcg64::seed_from_u64(self.settings.seed ^ 0x6d61_726b);
         [&self.first_in_image, &self.last_in_image].map(|truth| {
             let noisy = |p: &Point2<f64>| {
-                let [a, b] = noise::normal_pair(&mut random);
+                let [a, b] = normal_pair(&mut random);
                 Point2::new(p.x + self.settings.noise_px * a, p.y + self.settings.noise_px * b)
             };
             truth.iter().map(noisy).collect()

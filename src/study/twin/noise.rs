@@ -3,7 +3,7 @@
 use rand::{Rng, RngExt};
 
 /// Two independent standard normal numbers (Box and Muller 1958).
-pub(super) fn normal_pair(random: &mut impl Rng) -> [f64; 2] {
+pub(in crate::study) fn normal_pair(random: &mut impl Rng) -> [f64; 2] {
     let radius = (-2.0 * (1.0 - random.random_range(0.0..1.0_f64)).ln()).sqrt();
     let (sin, cos) = (std::f64::consts::TAU * random.random_range(0.0..1.0_f64)).sin_cos();
     [radius * cos, radius * sin]
