@@ -41,3 +41,31 @@ pub enum Compare {
     /// The length of the force and of the sum of all muscles' forces, as the thesis fits. Noise makes lengths too long.
     Magnitudes,
 }
+
+/// Whose strengths are fitted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Strengths {
+    /// A strength for each fibre.
+    #[default]
+    EachFibre,
+    /// One for all: the fibres of one muscle.
+    Shared,
+}
+
+mod cholesky;
+mod estimate;
+pub mod field;
+pub mod law_fit;
+mod law_model;
+pub mod levenberg_marquardt;
+pub mod nelder_mead;
+mod sharp_side;
+pub mod student;
+
+pub use estimate::{Estimate, LawFit, Misfit, Passed, Strength, WeakDirection};
+pub use field::{Field, FieldError};
+pub use law_fit::{FailedFit, LawFitOptions, Method, NoFit, Noise, fit_law, fit_law_to};
+
+#[cfg(test)]
+mod tests;
