@@ -596,3 +596,21 @@ fn exported_marks_are_imported_as_proposals_and_accepted_into_a_new_project() {
     fs::write(&marks, "frame,id,x_px,y_px,state\nlast,17,here,2,marked\n").unwrap();
     assert!(refused(&["import", text(&fewer), text(&marks)]).contains("marks.csv: line 2: `here` is not a number"));
 }
+
+/// A face of our own as the head, and a target with a fault: one line says where it is, and nothing is written.
+#[test]
+fn a_faulty_target_is_refused_with_its_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let (meshes, out) = (dir.path().join("meshes"), dir.path().join("out"));
+    fs::create_dir(&meshes).unwrap();
+    let study = || refused(&["study", "laws", "--meshes", text(&meshes), "--out", text(&out)]);
+    assert!(study().contains("base.obj"));
+    let generic = frontalis::face::generic();
+    let decimetres: Vec<Point3<f64>> = generic.mesh().positions().iter().map(|p| p * 0.01).collect();
+    let obj = frontalis::face::import::write_obj(generic.mesh(), &decimetres);
+    fs::write(meshes.join("base.obj"), obj.replacen("\nf ", "\ng body\nf ", 1)).unwrap();
+    assert!(study().contains("1.target"));
+    fs::write(meshes.join("1.target"), "3 0 .02 0\n612 0 .01 0\n").unwrap();
+    assert!(study().ends_with("1.target: line 2: vertex 612, but the mesh has only 612 vertices\n"));
+    assert_eq!(names(dir.path()), set(&["meshes"]));
+}

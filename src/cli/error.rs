@@ -74,6 +74,17 @@ pub enum CliError {
         /// What is wrong with it.
         source: ImportError,
     },
+    /// A target of displacements.
+    #[error("{}: {source}", .path.display())]
+    Target {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: crate::face::import::target::TargetError,
+    },
+    /// A muscle of a face makes no fibre.
+    #[error(transparent)]
+    Fibre(#[from] crate::muscle::FibreError),
     /// Nothing could be proposed on a mesh.
     #[error("{}: {source}", .path.display())]
     Transfer {

@@ -12,6 +12,7 @@ mod output;
 mod progress;
 mod scene;
 mod solve;
+mod study;
 mod suggest;
 mod twin;
 
@@ -46,6 +47,8 @@ pub enum Command {
     Face(face::Arguments),
     /// Makes a scene of known truth: a project, two rendered frames with a painted grid, truth.csv, truth.json.
     Twin(twin::Arguments),
+    /// Measures the program against independent truth: tables of the four muscle laws on artist-made fields.
+    Study(study::Arguments),
     /// Writes marks and results for other programs.
     Export(export::Arguments),
     /// Reads marks of another program or project (CSV, TPS, COCO) as proposals; accepts them into a new project where asked.
@@ -70,6 +73,7 @@ pub fn run(command: Command) -> ExitCode {
         Command::Solve(arguments) => solve::run(&arguments),
         Command::Face(arguments) => face::run(&arguments),
         Command::Twin(arguments) => twin::run(&arguments),
+        Command::Study(arguments) => study::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Suggest(arguments) => suggest::run(&arguments),
         Command::Import(arguments) => import::run(&arguments),

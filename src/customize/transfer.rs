@@ -97,10 +97,24 @@ pub fn propose(
     known: &[(String, u32)],
 ) -> Result<Proposal, TransferError> {
     let surface = Surface::new(target);
-    let mut laid = coarse(generic, &surface, known)?;
+    let (laid, rms_mm) = lay(generic, &surface, known)?;
+    bind(generic, &surface, name, known, &laid, rms_mm)
+}
+
+/// Lays `generic` on a surface: the first two steps of [`propose`]. Gives its vertices there and their root mean square distance from the
+/// surface, where both are, mm.
+///
+/// # Errors
+/// As [`propose`].
+pub fn lay(
+    generic: &FaceModel,
+    surface: &Surface,
+    known: &[(String, u32)],
+) -> Result<(Vec<Point3<f64>>, f64), TransferError> {
+    let mut laid = coarse(generic, surface, known)?;
     let held: Vec<(u32, u32)> = known.iter().filter_map(|(id, v)| Some((generic.landmark(id)?.vertex, *v))).collect();
     for allowed in ROUNDS_MM {
-        fine(generic, &surface, &held, allowed, &mut laid);
+        fine(generic, surface, &held, allowed, &mut laid);
     }
     let deep = |x: &[Point3<f64>]| {
         let (low, high) = extent(x);
@@ -115,7 +129,7 @@ pub fn propose(
     if covered.len() < laid.len() / 4 || rms_mm > OUTSIDE_MM {
         return Err(TransferError::Unlike { rms_mm });
     }
-    bind(generic, &surface, name, known, &laid, rms_mm)
+    Ok((laid, rms_mm))
 }
 
 /// The vertex that is farthest to the front in the middle of the mesh.

@@ -4,8 +4,9 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use serde::Serialize;
 
 use super::design::Design;
+use super::law_fit::Noise;
 use super::non_negative::{self, Ended, NonNegative, NormalEquations};
-use super::student_tail;
+use super::{student, student_tail};
 
 /// Confidence of the intervals.
 const CONFIDENCE: f64 = 0.95;
@@ -16,17 +17,6 @@ const INFLATED: f64 = 10.0;
 const CORRELATED: f64 = 0.7;
 /// Of what pulls at a vertex, less than this has no direction to share, N.
 const NO_FORCE_N: f64 = 1e-12;
-
-/// Where the size of the errors comes from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Noise {
-    /// From what the muscles leave unexplained: errors and the model's own faults together (default).
-    #[default]
-    Estimated,
-    /// From the standard errors of the samples, which must then be true.
-    Given,
-}
 
 /// How one muscle stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -124,7 +114,7 @@ pub fn activations(design: &Design, allowed: Option<&[bool]>, noise: Noise) -> A
         Noise::Given => 1.0,
     };
     let freedom_of_t = if noise == Noise::Given { 1e9 } else { freedom as f64 };
-    let t = student_tail::two_sided(CONFIDENCE, freedom_of_t);
+    let t = student::two_sided_95(if noise == Noise::Given { None } else { Some(freedom) });
     let inverse = inverse_on(&normal, &found.active);
     let covariance = &inverse * variance;
     let muscles = (0..normal.len())
@@ -264,7 +254,7 @@ impl Activations {
         let mut names: Vec<u8> = units.to_vec();
         names.sort_unstable();
         names.dedup();
-        let t = student_tail::two_sided(CONFIDENCE, self.freedom as f64);
+        let t = student::two_sided_95(Some(self.freedom));
         names
             .into_iter()
             .map(|unit| {

@@ -1,16 +1,5 @@
 //! Fits: from a measured field of forces to laws, strengths and muscles. Knows samples and fibres, no face.
 
-pub mod activations;
-pub mod design;
-pub mod non_negative;
-pub mod patches;
-pub mod selection;
-pub mod student_tail;
-
-pub use activations::{Activation, Activations, activations};
-pub use design::{Design, DesignError};
-pub use selection::{Selection, SelectionSettings, smallest_set};
-
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -53,19 +42,28 @@ pub enum Strengths {
     Shared,
 }
 
+pub mod activations;
 mod cholesky;
+pub mod design;
 mod estimate;
 pub mod field;
 pub mod law_fit;
 mod law_model;
 pub mod levenberg_marquardt;
 pub mod nelder_mead;
+pub mod non_negative;
+pub mod patches;
+pub mod selection;
 mod sharp_side;
 pub mod student;
+pub mod student_tail;
 
+pub use activations::{Activation, Activations, activations};
+pub use design::{Design, DesignError};
 pub use estimate::{Estimate, LawFit, Misfit, Passed, Strength, WeakDirection};
 pub use field::{Field, FieldError};
 pub use law_fit::{FailedFit, LawFitOptions, Method, NoFit, Noise, fit_law, fit_law_to};
+pub use selection::{Selection, SelectionSettings, smallest_set};
 
 #[cfg(test)]
 mod tests;

@@ -3,8 +3,9 @@
 use nalgebra::{DVector, Point3};
 use serde::Serialize;
 
-use super::activations::{self, Activations, Noise};
+use super::activations::{self, Activations};
 use super::design::Design;
+use super::law_fit::Noise;
 use super::non_negative::{self, NormalEquations};
 use super::patches;
 

@@ -43,11 +43,6 @@ pub fn exceeded_with(probability: f64, freedom: f64) -> f64 {
     t
 }
 
-/// The factor of a standard error that gives a two-sided interval with this confidence: 1.96 for 0.95 and much data.
-pub fn two_sided(confidence: f64, freedom: f64) -> f64 {
-    exceeded_with(0.5 * (1.0 - confidence), freedom)
-}
-
 /// I(x; a, b), by its continued fraction (26.5.8), evaluated by Lentz's method.
 fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
     if x <= 0.0 {
@@ -115,7 +110,11 @@ mod tests {
                 exceeded_with(tail, freedom)
             );
         }
-        assert!((two_sided(0.95, 1e9) - 1.959_963_985).abs() < 1e-6);
+        // The two-sided quantile of the fits, by another method.
+        for n in [1, 2, 3, 7, 50, 199, 200, 1833] {
+            let other = crate::fit::student::two_sided_95(Some(n));
+            assert!((exceeded_with(0.025, n as f64) - other).abs() < 1e-7 * other, "{n}");
+        }
     }
 
     /// With one degree of freedom it is Cauchy's: P(T > t) = ½ − arctan(t)/π; with two, ½ − t / (2 √(2 + t²)).

@@ -39,7 +39,7 @@ impl LawKind {
     }
 
     /// Name for people.
-    pub fn label(self) -> &'static str {
+    pub const fn label(self) -> &'static str {
         match self {
             Self::WatersLinear => "Waters linear",
             Self::WatersSheet => "Waters sheet",

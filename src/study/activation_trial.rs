@@ -244,30 +244,30 @@ mod tests {
     fn a_thousand_fields_a_law() {
         let face = crate::face::generic();
         let name = |j: usize| face.muscles()[j].id.as_str();
-        for front_only in [false, true] {
-            for most_cosine in [0.3, 1.01] {
-                for kind in LawKind::ALL {
-                    let settings = TrialSettings { most_cosine, front_only, ..TrialSettings::default() };
-                    let r = trial(&face, &MuscleLaw::default_of(kind), &settings).unwrap();
-                    println!(
-                        "{:14} cos<{most_cosine:.2} n={} exact {:.1} % false {} missed {} covered {:.1} % error {:.1} % | {:.3} ms {:.2} ms | {:?}",
-                        kind.label(),
-                        r.samples,
-                        100.0 * r.exact as f64 / r.draws as f64,
-                        r.false_positive,
-                        r.missed,
-                        100.0 * r.covered,
-                        100.0 * r.strength_error,
-                        r.activations_ms,
-                        r.selection_ms,
-                        r.by_count
-                    );
-                    for (m, taken, n) in r.confusions.iter().take(8) {
-                        println!("    {} taken for {}: {n}", name(*m), taken.map_or("nothing", name));
-                    }
-                    for (j, n) in r.spurious.iter().take(5) {
-                        println!("    {} found beside: {n}", name(*j));
-                    }
+        for (most_cosine, front_only, noise) in
+            [(0.3, false, 0.1), (1.01, false, 0.1), (0.3, true, 0.1), (1.01, true, 0.1), (1.01, false, 0.3)]
+        {
+            for kind in LawKind::ALL {
+                let settings = TrialSettings { most_cosine, front_only, noise, ..TrialSettings::default() };
+                let r = trial(&face, &MuscleLaw::default_of(kind), &settings).unwrap();
+                println!(
+                    "{:14} cos<{most_cosine:.2} noise {noise} n={} exact {:.1} % false {} missed {} covered {:.1} % error {:.1} % | {:.3} ms {:.2} ms | {:?}",
+                    kind.label(),
+                    r.samples,
+                    100.0 * r.exact as f64 / r.draws as f64,
+                    r.false_positive,
+                    r.missed,
+                    100.0 * r.covered,
+                    100.0 * r.strength_error,
+                    r.activations_ms,
+                    r.selection_ms,
+                    r.by_count
+                );
+                for (m, taken, n) in r.confusions.iter().take(8) {
+                    println!("    {} taken for {}: {n}", name(*m), taken.map_or("nothing", name));
+                }
+                for (j, n) in r.spurious.iter().take(5) {
+                    println!("    {} found beside: {n}", name(*j));
                 }
             }
         }

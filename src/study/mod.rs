@@ -1,7 +1,10 @@
 //! Studies: scenes whose truth is known, against which the chain is measured.
 
 pub mod activation_trial;
+pub mod artist;
+pub mod artist_laws;
 pub mod face_fit;
+pub mod laws;
 pub mod marking_trial;
 pub mod people;
 pub mod scene;

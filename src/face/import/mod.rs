@@ -11,6 +11,7 @@ mod obj;
 mod orient;
 mod ply;
 mod polygon;
+pub mod target;
 mod unit;
 mod wfm;
 

@@ -1,0 +1,323 @@
+//! The four muscle laws on one field of forces, on equal terms: the same samples, each law refitted, each judged on patches of skin that it
+//! did not see.
+
+use nalgebra::{DVector, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use rayon::prelude::*;
+
+use crate::fit::{Compare, Design, LawFit, LawFitOptions, Sample, fit_law, non_negative, patches};
+use crate::muscle::{Fibre, LawKind, Lobe, MuscleLaw};
+
+/// Radius of the patches that are left out, mm.
+const PATCH_RADIUS_MM: f64 = 15.0;
+/// Skin farther than this from every fibre says nothing about a law, mm.
+const REACH_MM: f64 = 30.0;
+/// Largest share of a fibre's squared force (by any law as it starts) in one patch; a patch with more is cut in two.
+const MOST_OF_A_MUSCLE: f64 = 0.5;
+/// Resamplings for an interval.
+const RESAMPLINGS: usize = 4000;
+
+/// A law that takes part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contender {
+    /// Name of tables.
+    pub name: &'static str,
+    /// Where its fit starts.
+    pub start: MuscleLaw,
+    /// Whether it is one of the four; otherwise it is shown beside them and cannot win.
+    pub ranked: bool,
+}
+
+/// The four laws, and the anatomical one with a second lobe beside them.
+pub fn contenders() -> Vec<Contender> {
+    let anatomical = MuscleLaw::default_of(LawKind::Anatomical);
+    let mut all: Vec<Contender> = LawKind::ALL
+        .map(|kind| Contender { name: kind.label(), start: MuscleLaw::default_of(kind), ranked: true })
+        .to_vec();
+    if let Some(start) = anatomical.with_lobe(Some(Lobe::AtAttachment)) {
+        all.push(Contender { name: "Anatomical, second lobe", start, ranked: false });
+    }
+    all
+}
+
+/// How one law did on one field.
+#[derive(Clone, Debug)]
+pub struct Standing {
+    /// Its name.
+    pub name: &'static str,
+    /// Whether it is one of the four.
+    pub ranked: bool,
+    /// The fit to all samples, or why there is none.
+    pub fit: Result<LawFit, String>,
+    /// The law with the shape taken on all samples.
+    pub law: MuscleLaw,
+    /// Strengths on all samples, N, none negative: of every fibre, then of their second lobes (whose pull is away from the attachment).
+    pub strengths_n: Vec<f64>,
+    /// Share of the squared forces that is explained on the samples themselves, with those strengths.
+    pub r2: f64,
+    /// Squared error on each patch with the fit to the others, N².
+    pub of_patch: Vec<f64>,
+    /// Patches without which no fit was found: there the law keeps the shape with which it starts.
+    pub failed_patches: usize,
+    /// Share of the squared forces that is foretold on patches not seen: 1 − Σ error² / Σ force². Below zero it is worse than no muscle.
+    pub held_out_r2: f64,
+    /// 95 % interval of it, from drawing patches with replacement.
+    pub interval: [f64; 2],
+}
+
+/// All laws on one field.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// Samples used: those within 30 mm of a fibre.
+    pub samples: usize,
+    /// Patches left out in turn.
+    pub patches: usize,
+    /// Root mean square force, N.
+    pub rms_n: f64,
+    /// The laws in their order.
+    pub standings: Vec<Standing>,
+    /// Σ force² of each patch, N².
+    of_patch: Vec<f64>,
+}
+
+/// A difference with its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Difference {
+    /// Its value.
+    pub value: f64,
+    /// Lower and upper end.
+    pub interval: [f64; 2],
+}
+
+impl Difference {
+    /// Whether the interval leaves zero out.
+    pub fn is_sure(&self) -> bool {
+        self.interval[0] > 0.0 || self.interval[1] < 0.0
+    }
+}
+
+/// Fits every law to the samples near the fibres, once to all of them and once without each patch, and judges it on the patch.
+///
+/// The shape comes from [`fit_law`]; then the strengths are found anew, none negative, with a weak preference for none at all: a
+/// strength is taken to be of the size of the largest force or less (λ = residual variance / largest force²). Without that, a muscle of which
+/// the patch held most would get any strength whatever, and one such patch would decide the comparison. None without enough samples.
+pub fn compare(fibres: &[Fibre], samples: &[Sample], compare: Compare) -> Option<Comparison> {
+    let near = |s: &&Sample| fibres.iter().any(|f| f.distance_mm(&s.position) < REACH_MM);
+    let samples: Vec<Sample> = samples.iter().filter(near).copied().collect();
+    let lists = patches_for(fibres, &samples);
+    let all: Vec<usize> = (0..samples.len()).collect();
+    let squares: Vec<f64> =
+        lists.iter().map(|list| Judge { fibres, samples: &samples, compare }.square(list)).collect();
+    if lists.len() < 3 || squares.iter().sum::<f64>() == 0.0 {
+        return None;
+    }
+    let judge = Judge { fibres, samples: &samples, compare };
+    let options = LawFitOptions { compare, ..LawFitOptions::default() };
+    let fitted = |start: &MuscleLaw, samples: &[Sample]| fit_law(start, fibres, samples, &options);
+    let standings = contenders()
+        .into_iter()
+        .map(|contender| {
+            let errors: Vec<(f64, bool)> = lists
+                .par_iter()
+                .map(|list| {
+                    let mut left = vec![false; samples.len()];
+                    for &i in list {
+                        left[i] = true;
+                    }
+                    let rest: Vec<usize> = all.iter().copied().filter(|&i| !left[i]).collect();
+                    let seen: Vec<Sample> = rest.iter().map(|&i| samples[i]).collect();
+                    let fit = fitted(&contender.start, &seen);
+                    let (law, strengths) = judge.shape(&contender.start, fit.as_ref().ok(), &rest);
+                    (judge.error(&law, &strengths, list), fit.is_err())
+                })
+                .collect();
+            let of_patch: Vec<f64> = errors.iter().map(|e| e.0).collect();
+            let [held_out_r2, low, high] = resampled(&squares, |k| squares[k] - of_patch[k]);
+            let fit = fitted(&contender.start, &samples);
+            let (law, strengths) = judge.shape(&contender.start, fit.as_ref().ok(), &all);
+            Standing {
+                law,
+                name: contender.name,
+                ranked: contender.ranked,
+                r2: 1.0 - judge.error(&law, &strengths, &all) / squares.iter().sum::<f64>(),
+                strengths_n: strengths.iter().copied().collect(),
+                fit: fit.map_err(|failed| failed.why.to_string()),
+                failed_patches: errors.iter().filter(|e| e.1).count(),
+                of_patch,
+                held_out_r2,
+                interval: [low, high],
+            }
+        })
+        .collect();
+    let rms_n = (squares.iter().sum::<f64>() / samples.len() as f64).sqrt();
+    Some(Comparison { samples: samples.len(), patches: lists.len(), rms_n, standings, of_patch: squares })
+}
+
+/// Patches of 15 mm; none holds more than half of what any law, as it starts, does with one fibre.
+fn patches_for(fibres: &[Fibre], samples: &[Sample]) -> Vec<Vec<usize>> {
+    let positions: Vec<_> = samples.iter().map(|s| s.position).collect();
+    let (of, count) = patches::patches(&positions, PATCH_RADIUS_MM);
+    let mut lists = patches::members(&of, count);
+    for contender in contenders().iter().filter(|c| c.ranked) {
+        for fibre in fibres {
+            let squares: Vec<f64> = positions.iter().map(|x| contender.start.force(fibre, x).norm_squared()).collect();
+            let most = MOST_OF_A_MUSCLE * squares.iter().sum::<f64>();
+            patches::split_where(&mut lists, &positions, |list| list.iter().map(|&i| squares[i]).sum::<f64>() > most);
+        }
+    }
+    lists
+}
+
+/// What laws are judged on.
+#[derive(Clone, Copy)]
+struct Judge<'a> {
+    fibres: &'a [Fibre],
+    samples: &'a [Sample],
+    compare: Compare,
+}
+
+impl Judge<'_> {
+    fn shown(&self, force: Vector3<f64>, sample: &Sample) -> Vector3<f64> {
+        if self.compare == Compare::Tangential { force - sample.normal * sample.normal.dot(&force) } else { force }
+    }
+
+    /// Σ force² over some samples.
+    fn square(&self, list: &[usize]) -> f64 {
+        list.iter().map(|&i| self.shown(self.samples[i].force, &self.samples[i]).norm_squared()).sum()
+    }
+
+    /// Σ error² over some samples.
+    fn error(&self, law: &MuscleLaw, strengths: &DVector<f64>, list: &[usize]) -> f64 {
+        let error = |&i: &usize| {
+            let sample = &self.samples[i];
+            let pulls = (0..law.lobes()).flat_map(|lobe| self.fibres.iter().map(move |f| pull(law, lobe, f, sample)));
+            let sum: Vector3<f64> = pulls.zip(strengths.iter()).map(|(f, s)| f * *s).sum();
+            self.shown(sample.force - sum, sample).norm_squared()
+        };
+        list.iter().map(error).sum()
+    }
+
+    /// The fitted shape or the one at the start, whichever explains these samples better with strengths that are not negative (the fit lets
+    /// them be), and those strengths.
+    fn shape(&self, start: &MuscleLaw, fit: Option<&LawFit>, list: &[usize]) -> (MuscleLaw, DVector<f64>) {
+        let seen: Vec<Sample> = list.iter().map(|&i| self.samples[i]).collect();
+        let laws = fit.map(|fit| fit.law).into_iter().chain([*start]);
+        let tried = laws.map(|law| {
+            let strengths = self.strengths(&law, &seen);
+            (self.error(&law, &strengths, list), law, strengths)
+        });
+        let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
+        best.map_or_else(|| (*start, DVector::zeros(0)), |(_, law, strengths)| (law, strengths))
+    }
+
+    /// Strengths of every fibre, then of their second lobes.
+    fn strengths(&self, law: &MuscleLaw, samples: &[Sample]) -> DVector<f64> {
+        let columns = law.lobes() * self.fibres.len();
+        let Ok(mut design) = Design::new(samples, self.compare) else { return DVector::zeros(columns) };
+        for lobe in 0..law.lobes() {
+            for fibre in self.fibres {
+                design.add(samples.iter().map(|s| pull(law, lobe, fibre, s)));
+            }
+        }
+        let mut normal = design.normal_equations();
+        let largest = samples.iter().map(|s| s.force.norm()).fold(0.0, f64::max);
+        let residual = non_negative::solve(&normal, None).cost / design.observations() as f64;
+        for j in 0..columns {
+            normal.gram[(j, j)] += residual / (largest * largest).max(f64::MIN_POSITIVE);
+        }
+        non_negative::solve(&normal, None).strengths
+    }
+}
+
+/// Force of one lobe at a strength of 1 N; the second pulls away from the attachment.
+fn pull(law: &MuscleLaw, lobe: usize, fibre: &Fibre, sample: &Sample) -> Vector3<f64> {
+    law.lobe_force(lobe, fibre, &sample.position) * if lobe == 0 { 1.0 } else { -1.0 }
+}
+
+impl Comparison {
+    /// The law of the four that foretells most, by index.
+    pub fn best(&self) -> Option<usize> {
+        let ranked = (0..self.standings.len()).filter(|&k| self.standings[k].ranked);
+        ranked.max_by(|&a, &b| self.standings[a].held_out_r2.total_cmp(&self.standings[b].held_out_r2))
+    }
+
+    /// How much more of the force law `a` foretells than law `b`, both on the same patches.
+    pub fn difference(&self, a: usize, b: usize) -> Difference {
+        let (a, b) = (&self.standings[a].of_patch, &self.standings[b].of_patch);
+        let [value, low, high] = resampled(&self.of_patch, |k| b[k] - a[k]);
+        Difference { value, interval: [low, high] }
+    }
+}
+
+/// Σ part / Σ whole over patches, and its 95 % interval over patches drawn with replacement (percentiles; Efron 1979). The seed is
+/// fixed: the same field has the same interval.
+fn resampled(whole: &[f64], part: impl Fn(usize) -> f64) -> [f64; 3] {
+    let n = whole.len();
+    let share = |picked: &mut dyn Iterator<Item = usize>| {
+        let (up, down) = picked.fold((0.0, 0.0), |(up, down), k| (up + part(k), down + whole[k]));
+        if down > 0.0 { up / down } else { 0.0 }
+    };
+    let value = share(&mut (0..n));
+    let mut random = Pcg64::seed_from_u64(0x6c61_7773);
+    let mut drawn: Vec<f64> = (0..RESAMPLINGS).map(|_| share(&mut (0..n).map(|_| random.random_range(0..n)))).collect();
+    drawn.sort_unstable_by(f64::total_cmp);
+    [value, drawn[RESAMPLINGS / 40], drawn[RESAMPLINGS - 1 - RESAMPLINGS / 40]]
+}
+
+/// Mean of a value over fields, with the 95 % interval of Student's t: the fields differ more than any one is uncertain.
+pub fn over_fields(values: &[f64]) -> Option<Difference> {
+    let n = values.len() as f64;
+    if values.len() < 2 {
+        return None;
+    }
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0);
+    let reach = crate::fit::student::two_sided_95(Some(values.len() - 1)) * (variance / n).sqrt();
+    Some(Difference { value: mean, interval: [mean - reach, mean + reach] })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::activation_trial::fibres_and_samples;
+
+    /// A field that a law made is foretold by that law on patches it did not see, and by it best.
+    #[test]
+    fn the_law_that_made_a_field_wins_on_it() {
+        let face = crate::face::generic();
+        let (fibres, samples) = fibres_and_samples(&face).unwrap();
+        let fibres = &fibres[..4];
+        for (truth, kind) in [LawKind::Koch, LawKind::Anatomical].into_iter().enumerate() {
+            let law = MuscleLaw::default_of(kind);
+            let mut random = Pcg64::seed_from_u64(truth as u64);
+            let field: Vec<Sample> = samples
+                .iter()
+                .map(|s| {
+                    let force: Vector3<f64> = fibres.iter().map(|f| law.force(f, &s.position)).sum();
+                    let error = Vector3::from_fn(|_, _| 0.02 * random.random_range(-1.0..1.0));
+                    Sample { force: force + error, ..*s }
+                })
+                .collect();
+            let found = compare(fibres, &field, Compare::Vectors).unwrap();
+            let best = found.best().unwrap();
+            assert_eq!(found.standings[best].name, kind.label());
+            assert!(found.standings[best].held_out_r2 > 0.98, "{:?}", found.standings[best].held_out_r2);
+            for other in (0..4).filter(|&k| k != best) {
+                let margin = found.difference(best, other);
+                assert!(margin.value > 0.0 && margin.is_sure(), "{margin:?}");
+            }
+        }
+    }
+
+    /// By hand: patches of squares 1, 1, 2 with errors 0.5, 0.5, 1: half is foretold whatever is drawn.
+    #[test]
+    fn equal_shares_have_no_spread() {
+        let [value, low, high] = resampled(&[1.0, 1.0, 2.0], |k| [0.5, 0.5, 1.0][k]);
+        assert!((value - 0.5).abs() < 1e-12 && (low - 0.5).abs() < 1e-12 && (high - 0.5).abs() < 1e-12);
+        // Mean 2, standard deviation 1, t of 2 degrees 4.303: 2 ± 4.303/√3.
+        let over = over_fields(&[1.0, 2.0, 3.0]).unwrap();
+        assert!((over.value - 2.0).abs() < 1e-12 && (over.interval[1] - 2.0 - 4.303 / 3.0_f64.sqrt()).abs() < 1e-3);
+        assert!(!over.is_sure() && over_fields(&[1.0]).is_none());
+    }
+}
