@@ -614,3 +614,64 @@ fn a_faulty_target_is_refused_with_its_line() {
     assert!(study().ends_with("1.target: line 2: vertex 612, but the mesh has only 612 vertices\n"));
     assert_eq!(names(dir.path()), set(&["meshes"]));
 }
+
+#[test]
+fn a_fit_writes_its_tables_its_drawing_and_a_report_that_names_the_command() {
+    let (_dir, out) = sample();
+    let project = out.join("sample.frontalis.json");
+    let fit = out.join("fit");
+    let said = done(&[
+        "fit",
+        text(&project),
+        "--out",
+        text(&fit),
+        "--muscles",
+        "frontalis_lateral_left,frontalis_lateral_right",
+    ]);
+    assert!(said.contains("best: ") && said.contains("Koch"), "{said}");
+    let files = ["activations.csv", "fields.csv", "fit.json", "profiles.csv", "profiles.svg", "report.html"];
+    assert_eq!(names(&fit), set(&files));
+
+    let report: Value = serde_json::from_str(&fs::read_to_string(fit.join("fit.json")).unwrap()).unwrap();
+    assert_eq!(report["muscles_fitted"], serde_json::json!(["frontalis_lateral_left", "frontalis_lateral_right"]));
+    let laws = report["laws"].as_array().unwrap();
+    assert_eq!(laws.len(), 5);
+    for law in laws {
+        let fit = &law["fit"]["Ok"];
+        for field in
+            ["parameters", "strengths", "r2", "aic", "bic", "evaluations", "time_ms", "ended", "correlation", "weak"]
+        {
+            assert!(!fit[field].is_null(), "{field} of {}", law["label"]);
+        }
+        for p in fit["parameters"].as_array().unwrap().iter().filter(|p| p["fitted"] == true) {
+            let [low, value, high] = ["low", "value", "high"].map(|k| p[k].as_f64().unwrap());
+            assert!(low <= value && value <= high, "{p}");
+        }
+    }
+    let activations = fs::read_to_string(fit.join("activations.csv")).unwrap();
+    assert!(activations.starts_with("muscle,action_unit,activation_N,low_N,high_N\n"));
+    assert_eq!(activations.lines().count(), 19, "18 muscles");
+    for row in activations.lines().skip(1) {
+        let cells: Vec<&str> = row.split(',').collect();
+        let [value, low, high] = [2, 3, 4].map(|k| cells[k].parse::<f64>().unwrap());
+        assert!(value.is_nan() || (0.0 <= low && low <= value && value <= high), "{row}");
+    }
+    let html = fs::read_to_string(fit.join("report.html")).unwrap();
+    assert!(html.contains("--muscles frontalis_lateral_left,frontalis_lateral_right</pre>"));
+    assert!(html.contains("SHA-256") && html.contains("data:image/png;base64,"));
+}
+
+#[test]
+fn a_fit_that_cannot_be_made_says_why_and_leaves_nothing() {
+    let (_dir, out) = sample();
+    let project = out.join("sample.frontalis.json");
+    let fit = out.join("fit");
+    let words = refused(&["fit", text(&project), "--out", text(&fit), "--muscles", "biceps"]);
+    assert!(words.contains("--muscles names biceps") && words.contains("frontalis_medial_left"), "{words}");
+    let words = refused(&["fit", text(&project), "--out", text(&fit), "--patch-mm", "0"]);
+    assert!(words.contains("between 3 and 60"), "{words}");
+    let unmarked = changed(&out, |p| p["features"] = serde_json::json!({}));
+    let words = refused(&["fit", text(&unmarked), "--out", text(&fit)]);
+    assert!(words.contains("no force can be believed yet"), "{words}");
+    assert!(!fit.exists());
+}

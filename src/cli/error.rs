@@ -26,6 +26,15 @@ pub enum CliError {
     /// Two projects cannot be compared.
     #[error(transparent)]
     NotComparable(#[from] crate::doubt::agreement::NotComparable),
+    /// No muscles can be looked for.
+    #[error(transparent)]
+    NoMuscles(#[from] crate::muscle_field::Nothing),
+    /// What was asked of a fit.
+    #[error("{0}")]
+    Question(String),
+    /// The report on the muscles.
+    #[error(transparent)]
+    Report(#[from] crate::export::muscle_report::ReportError),
     /// A frame's picture.
     #[error(transparent)]
     Frame(#[from] FrameError),

@@ -6,6 +6,7 @@ mod demo;
 mod error;
 mod export;
 mod face;
+mod fit;
 mod frames;
 mod import;
 mod output;
@@ -43,6 +44,8 @@ pub enum Command {
     Demo(demo::Arguments),
     /// Computes the forces of a project: forces.csv, height_map.png, forces.vtp, report.json.
     Solve(solve::Arguments),
+    /// Fits muscles to a project's forces: fit.json, activations.csv, profiles.csv, profiles.svg, fields.csv, report.html.
+    Fit(fit::Arguments),
     /// Lists, shows, exports, checks and generates face models.
     Face(face::Arguments),
     /// Makes a scene of known truth: a project, two rendered frames with a painted grid, truth.csv, truth.json.
@@ -71,6 +74,7 @@ pub fn run(command: Command) -> ExitCode {
     let done = match command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Solve(arguments) => solve::run(&arguments),
+        Command::Fit(arguments) => fit::run(&arguments),
         Command::Face(arguments) => face::run(&arguments),
         Command::Twin(arguments) => twin::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),

@@ -148,7 +148,7 @@ fn number(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { value.to_string() }
 }
 
-fn numbers(text: &mut String, values: impl Iterator<Item = f64>) {
+pub(super) fn numbers(text: &mut String, values: impl Iterator<Item = f64>) {
     for value in values {
         text.push(',');
         text.push_str(&number(value));
@@ -156,7 +156,7 @@ fn numbers(text: &mut String, values: impl Iterator<Item = f64>) {
 }
 
 /// A field as RFC 4180 wants it: in quotes where it holds a comma, a quote or a line's end.
-fn quoted(field: &str) -> String {
+pub(super) fn quoted(field: &str) -> String {
     if field.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", field.replace('"', "\"\""))
     } else {

@@ -6,6 +6,8 @@ pub mod document;
 pub mod face_plate;
 pub mod height_map;
 pub mod homologous;
+pub mod muscle_report;
+pub mod muscles;
 pub mod obj;
 pub mod report;
 pub mod tps;

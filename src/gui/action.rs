@@ -44,6 +44,8 @@ pub enum Action {
     WorkspaceFrames,
     /// Show the workspace of the forces.
     WorkspaceForces,
+    /// Show the workspace of the muscles.
+    WorkspaceMuscles,
     /// Show the workspace of the face model.
     WorkspaceFace,
     /// Open a mesh, to make a face model of it.

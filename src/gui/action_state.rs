@@ -103,12 +103,14 @@ impl ActionState {
                 marks: match view.workspace {
                     Workspace::Frames => f.show_marks,
                     Workspace::Forces => forces.options.markers,
+                    Workspace::Muscles => view.muscles.show_muscles,
                     Workspace::Face => shown.marks,
                 },
                 names: if view.workspace == Workspace::Face { shown.names } else { f.show_names },
                 wireframe: match view.workspace {
                     Workspace::Frames => f.show_marks && f.wireframe.visible,
                     Workspace::Forces => forces.options.wireframe,
+                    Workspace::Muscles => view.muscles.options.wireframe,
                     Workspace::Face => shown.wireframe,
                 },
                 region_only: f.wireframe.region_only,
@@ -162,6 +164,7 @@ impl ActionState {
         Some(match action {
             Action::WorkspaceFrames => s.workspace == Workspace::Frames,
             Action::WorkspaceForces => s.workspace == Workspace::Forces,
+            Action::WorkspaceMuscles => s.workspace == Workspace::Muscles,
             Action::WorkspaceFace => s.workspace == Workspace::Face,
             Action::ToolSelect => s.tool == Tool::Select,
             Action::ToolLandmarks => s.tool == Tool::Landmarks,

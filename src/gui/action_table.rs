@@ -98,10 +98,17 @@ pub const TABLE: &[Spec] = &[
     row(A::WorkspaceFrames, M::View, "Frames", &[ctrl(Key::Num1)], "The two frames, with points to place and drag."),
     row(A::WorkspaceForces, M::View, "Forces", &[ctrl(Key::Num2)], "The forces as a height map."),
     row(
+        A::WorkspaceMuscles,
+        M::View,
+        "Muscles",
+        &[ctrl(Key::Num3)],
+        "Which muscles pulled, how hard, by which law, and how sure that is.",
+    ),
+    row(
         A::WorkspaceFace,
         M::View,
         "Face",
-        &[ctrl(Key::Num3)],
+        &[ctrl(Key::Num4)],
         "The face model: its mesh, with landmarks and muscles bound to vertices.",
     ),
     group(row(

@@ -9,6 +9,7 @@ use super::dialogs::Dialogs;
 use super::face_work::FaceWork;
 use super::jobs::Jobs;
 use super::keys::{self, KeyMap};
+use super::muscle_work::MuscleWork;
 use super::new_frames::NewFrame;
 use super::panels::frames::points;
 use super::pictures::Pictures;
@@ -35,6 +36,7 @@ pub struct App {
     /// Faces that this window has had, so that an undo need not read them again.
     pub(super) faces: Vec<(FaceSource, Arc<FaceModel>)>,
     pub(super) face_work: FaceWork,
+    pub(super) muscle_work: MuscleWork,
     pub(super) stamp: Stamp,
     pub(super) outcome: Outcome,
     pub(super) solver: Solver,
@@ -137,6 +139,7 @@ impl App {
             face_source: project.face.clone(),
             faces: Vec::new(),
             face_work: FaceWork::default(),
+            muscle_work: MuscleWork::default(),
             stamp: Stamp::default(),
             document: OpenDocument::new(project, path, false),
             face,
@@ -302,6 +305,7 @@ impl App {
             recent,
             stamp,
             face_work,
+            muscle_work,
             suggesting,
             solver,
             ..
@@ -317,6 +321,9 @@ impl App {
             Workspace::Frames => {
                 let (history, frames, focus) = (&document.history, &mut view.frames, &mut view.focus);
                 panels::frames::show(ui, scene, pictures, history, &state, frames, focus, commands);
+            }
+            Workspace::Muscles => {
+                panels::muscles::show(ui, scene, muscle_work, &mut view.muscles, &mut view.focus, commands);
             }
             Workspace::Face => panels::face::show(ui, face_work, &mut view.face, &state, commands),
             Workspace::Forces => panels::forces::show(ui, scene, &mut view.forces, &mut view.focus, commands),
@@ -442,7 +449,7 @@ fn speaks_to_widgets(action: Action) -> bool {
 }
 
 /// Size of the first frame, px.
-fn image_size_px(project: &Project) -> [u32; 2] {
+pub(super) fn image_size_px(project: &Project) -> [u32; 2] {
     project.frames.first.as_ref().map_or(SIZE_WITHOUT_FRAMES_PX, |f| [f.width_px, f.height_px])
 }
 

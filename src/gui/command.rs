@@ -85,6 +85,8 @@ pub enum Command {
     ForgetRecent,
     /// Say something in the status bar.
     Tell(NoticeKind, String),
+    /// Build the ladder of models on the muscles shown.
+    BuildLadder,
     /// Stop a long work.
     CancelJob(u64),
 }

@@ -11,6 +11,7 @@ use std::time::Instant;
 use super::face_work::{FaceProposal, FaceRead};
 use super::film_work::{Looking, NotWritten, Stills};
 use super::import_marks::ReadMarks;
+use super::muscle_work::MuscleAnswer;
 use super::pictures::{Adjusted, Source};
 use super::suggesting::{Answer, Failure, Ready};
 use crate::face::check::Report;
@@ -65,6 +66,8 @@ pub enum Finished {
     Prepared(Which, Result<Ready, Failure>),
     /// Places for the points that are not marked.
     Suggested(Answer),
+    /// The muscles behind the forces were looked for: the answer to the question of that number.
+    Muscles(u64, MuscleAnswer),
     /// Results were written into this folder, or not.
     Exported(Result<PathBuf, String>),
     /// The work ended without an answer: what waited for it, and a line about it.
@@ -104,6 +107,8 @@ pub enum About {
     Preparation(Which),
     /// The suggestions.
     Suggestions,
+    /// The muscles.
+    Muscles,
     /// The person.
     Person,
 }

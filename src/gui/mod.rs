@@ -19,6 +19,7 @@ pub mod jobs;
 pub mod keyboard;
 pub mod keys;
 pub mod modal;
+pub mod muscle_work;
 pub mod new_frames;
 pub mod orbit_view;
 pub mod panels;

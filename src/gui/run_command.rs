@@ -92,6 +92,7 @@ impl App {
             Command::CancelJob(id) => {
                 self.stop(id);
             }
+            Command::BuildLadder => self.build_ladder(ctx),
         }
     }
 
@@ -127,6 +128,7 @@ impl App {
                 self.suggesting.stopped();
                 self.view.frames.suggest.on = false;
             }
+            About::Muscles => self.muscles_stopped(),
             About::Person => {}
         }
     }
@@ -160,6 +162,9 @@ impl App {
         if self.view.workspace == Workspace::Forces && self.view.forces.act(action) {
             return;
         }
+        if self.view.workspace == Workspace::Muscles && self.view.muscles.act(action) {
+            return;
+        }
         if self.view.workspace == Workspace::Face && self.act_on_face(action, ctx) {
             return;
         }
@@ -173,6 +178,7 @@ impl App {
             | Action::UseFace
             | Action::UseGeneric => self.act_in_face_menu(action, ctx),
             Action::WorkspaceFace => self.view.workspace = Workspace::Face,
+            Action::WorkspaceMuscles => self.view.workspace = Workspace::Muscles,
             Action::New => self.unless_unsaved(After::New, ctx),
             Action::Open => self.unless_unsaved(After::AskOpen, ctx),
             Action::OpenSample => self.unless_unsaved(After::Sample, ctx),
@@ -299,6 +305,7 @@ impl App {
             self.check_face(ctx);
         }
         self.resolve(ctx);
+        self.follow_muscles(ctx);
     }
 
     fn finish(&mut self, finished: Finished, ctx: &egui::Context) {
@@ -319,6 +326,7 @@ impl App {
             Finished::Face(read) => self.face_read(*read, ctx),
             Finished::Proposed(number, proposed) => self.face_proposed(number, *proposed, ctx),
             Finished::FaceChecked { number, revision, report } => self.face_checked(number, revision, report),
+            Finished::Muscles(number, result) => self.muscles_found(number, result, ctx),
             Finished::Film(looking, result) => self.film_looked_through(&looking, result),
             Finished::Marks(read) => self.marks_read(read),
             Finished::Stills(stills, result) => self.stills_written(stills, result, ctx),
@@ -328,7 +336,7 @@ impl App {
             Finished::Exported(Err(why)) => self.fail("The results cannot be written", why),
             Finished::Died(about, what) => {
                 // Work on the suggestions is not begun again by itself, to break again.
-                if matches!(about, About::Preparation(_) | About::Suggestions) {
+                if matches!(about, About::Preparation(_) | About::Suggestions | About::Muscles) {
                     self.give_up(about);
                 }
                 self.fail("Something went wrong", what);

@@ -16,6 +16,8 @@ pub struct ViewState {
     pub frames: panels::frames::FramesView,
     /// The workspace of the forces.
     pub forces: panels::forces::ForcesView,
+    /// The workspace of the muscles.
+    pub muscles: panels::muscles::MusclesView,
     /// The workspace of the face.
     pub face: panels::face::FaceView,
     /// The dialog that is open.
@@ -36,6 +38,8 @@ pub enum Workspace {
     Frames,
     /// The height map of the forces.
     Forces,
+    /// The muscles behind them.
+    Muscles,
     /// The face model.
     Face,
 }

@@ -6,13 +6,21 @@
 //! Stands between the chain, which knows pixels and skin, and the fits, which know neither: here vertices become samples and muscles of
 //! the face become fibres.
 
+pub mod analysis;
 pub mod fibres;
+pub mod fields;
+pub mod held_out;
+pub mod ladder;
 pub mod maps;
 pub mod profiles;
 pub mod samples;
 pub mod section;
+pub mod subjects;
 
+pub use analysis::{Analysis, LawRow, Nothing, Pull, Question};
 pub use fibres::{FibreAt, FibreOf};
+pub use held_out::{HeldOut, HeldOutPatches};
+pub use ladder::{Ladder, Rung};
 pub use samples::{Include, Samples};
 
 #[cfg(test)]

@@ -2,10 +2,12 @@
 
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 
+use super::analysis::Analysis;
 use super::fibres::FibreOf;
 use super::section::{Line, cuts};
 use crate::face::Mesh;
 use crate::face::mesh::doubled_area_vector;
+use crate::fit::LawFit;
 use crate::pipeline::Outcome;
 
 /// Which way a profile runs.
@@ -90,7 +92,7 @@ pub type Model<'a> = &'a dyn Fn(&Point3<f64>) -> Vector3<f64>;
 
 /// Cuts a profile; none where the muscle stands upright on the plan.
 ///
-/// The observed forces are those of vertices within the muscle's half width of the line. Models are evaluated on the skin itself where the
+/// The observed forces are those of vertices within the muscle's half width of the fibre, and within a row of the line across it. Models are evaluated on the skin itself where the
 /// line cuts it, not on the straight fibre below it: a forehead is round.
 pub fn profile(
     mesh: &Mesh,
@@ -103,7 +105,8 @@ pub fn profile(
     let fibre = &of.fibre;
     let line = match way {
         Way::Radial => Line::between(&fibre.attachment, &fibre.insertion, fibre.half_width_mm)?,
-        Way::Lateral => across(&fibre.attachment, &fibre.insertion, fibre.half_width_mm)?,
+        // As far to either side as a row of vertices lies from the next: farther up the fibre pulls differently.
+        Way::Lateral => across(&fibre.attachment, &fibre.insertion, 0.75 * mesh.mean_edge_length())?,
     };
     let pull = fibre.pull();
     let shown = |force: &Vector3<f64>, normal: &Vector3<f64>| match part {
@@ -115,6 +118,30 @@ pub fn profile(
     let curves = curves(mesh, &outcome.first, &line, reach, &shown, models);
     let insertion_mm = line.place(&fibre.insertion).0;
     Some(Profile { way, line, insertion_mm, observed, curves })
+}
+
+/// The same for one muscle of an analysis (index in its fibres), with a curve for each of its laws; the curve of a law that could not be
+/// fitted is empty.
+pub fn profile_of_laws(
+    mesh: &Mesh,
+    outcome: &Outcome,
+    analysis: &Analysis,
+    fibre: usize,
+    way: Way,
+    part: Part,
+) -> Option<Profile> {
+    let fibres = analysis.set_fibres();
+    let fits: Vec<Option<&LawFit>> = analysis.laws.iter().map(|row| row.fit.as_ref().ok()).collect();
+    let says = &|k: usize, x: &Point3<f64>| fits[k].map_or_else(Vector3::zeros, |fit| fit.force_at(&fibres, x));
+    let models: Vec<_> = (0..fits.len()).map(|k| move |x: &Point3<f64>| says(k, x)).collect();
+    let models: Vec<Model<'_>> = models.iter().map(|m| m as Model<'_>).collect();
+    let mut found = profile(mesh, outcome, analysis.fibres.get(fibre)?, way, part, &models)?;
+    for (curve, fit) in found.curves.iter_mut().zip(&fits) {
+        if fit.is_none() {
+            curve.points.clear();
+        }
+    }
+    Some(found)
 }
 
 /// Through the insertion, square to the fibre in the plan; grows with x.

@@ -1,12 +1,18 @@
+//! Fields of known origin: the muscles that made them must be found, and where none did, none.
+
 use nalgebra::{Point3, Vector3};
 
+use super::analysis::{Analysis, Nothing, Question};
 use super::fibres::{fibre_field, fibre_through, fibres};
+use super::ladder::ladder;
 use super::profiles::{Part, Way, profile};
 use super::samples::{Include, Samples};
+use super::subjects::carry;
 use crate::displacement::VertexState;
-use crate::export::scene_of_one_triangle;
 use crate::face::{FaceModel, FaceParts, Mesh, Muscle, Side};
-use crate::pipeline::{ForceField, Outcome};
+use crate::muscle::{Anatomical, LawKind, MuscleLaw};
+use crate::pipeline::{self, ForceField, Outcome, Workspace};
+use crate::project::Project;
 
 /// A flat sheet of 9 × 9 vertices, 10 mm apart, with one muscle from (40, 80) down to (40, 40), half as wide as 15 mm.
 fn sheet() -> FaceModel {
@@ -33,7 +39,6 @@ fn sheet() -> FaceModel {
 fn outcome(face: &FaceModel) -> Outcome {
     let first = face.mesh().positions().to_vec();
     let n = first.len();
-    let (_, _, base) = scene_of_one_triangle();
     Outcome {
         states: vec![VertexState::Measured; n],
         border: vec![false; n],
@@ -45,8 +50,13 @@ fn outcome(face: &FaceModel) -> Outcome {
         },
         last: first.clone(),
         first,
-        ..base
+        ..unmarked(face)
     }
+}
+
+/// What the chain makes of a face without a mark.
+fn unmarked(face: &FaceModel) -> Outcome {
+    pipeline::solve(&Project::default(), face, [1036, 1036], &mut Workspace::default())
 }
 
 #[test]
@@ -83,14 +93,17 @@ fn the_fibre_lies_in_the_skin_of_the_generic_face() {
 
 #[test]
 fn only_what_can_be_believed_is_a_sample() {
-    let (_, face, outcome) = scene_of_one_triangle();
-    // Vertex 0 is measured but border, 1 inferred, 2 unmeasured.
+    let face = sheet();
+    let mut outcome = outcome(&face);
+    outcome.states.fill(VertexState::Unmeasured);
+    outcome.states[..2].copy_from_slice(&[VertexState::Measured, VertexState::Inferred]);
+    outcome.border[0] = true;
     let of = |include| Samples::of(&outcome, &face, include).vertices;
     assert!(of(Include::Believed).is_empty());
     assert_eq!(of(Include::Measured), [0]);
     assert_eq!(of(Include::Known), [0, 1]);
     let one = Samples::of(&outcome, &face, Include::Measured).samples[0];
-    assert_eq!((one.force, one.sigma, one.normal), (Vector3::new(3.0, 4.0, 0.0), 0.25, Vector3::z()));
+    assert_eq!((one.force, one.sigma, one.normal), (Vector3::new(1.0, 0.0, 0.0), 0.1, Vector3::z()));
 }
 
 #[test]
@@ -113,7 +126,7 @@ fn profiles_show_what_was_observed_and_what_a_model_says_at_the_same_place() {
         assert!((value - (8.0 - 0.1 * at)).abs() < 1e-9, "{at} {value}");
     }
 
-    // Across it at y = 40 the component is 4 N everywhere on the line, and between 3 and 5 N in the band of 15 mm.
+    // Across it at y = 40 the component is 4 N everywhere on the line, and between 3 and 5 N in the band of three rows at most.
     let lateral = cut(Way::Lateral, Part::AlongFibre);
     assert!(lateral.curves[0].points.iter().all(|[_, value]| (value - 4.0).abs() < 1e-9));
     assert!(lateral.observed.iter().all(|o| (o.value - 4.0).abs() < 1.0 + 1e-12));
@@ -122,4 +135,95 @@ fn profiles_show_what_was_observed_and_what_a_model_says_at_the_same_place() {
     // The length of (1, 4, 0) is √17.
     let length = cut(Way::Lateral, Part::Magnitude);
     assert!(length.curves[0].points.iter().all(|[_, value]| (value - 17.0_f64.sqrt()).abs() < 1e-9));
+}
+
+/// The whole generic face measured, under two muscles by a law of another shape than the default, 0.01 N of error stated.
+fn pulled(strengths: [f64; 2]) -> (std::sync::Arc<FaceModel>, Outcome) {
+    let face = crate::face::generic();
+    let first = face.mesh().positions().to_vec();
+    let (all, _) = fibres(&face, &first);
+    let law = MuscleLaw::Anatomical(Anatomical { sr: 8.0, wr: 0.7, sa: 7.0, wa: 0.5, ..Anatomical::default() });
+    let named = ["frontalis_medial_left", "zygomaticus_major_right"];
+    let pulls: Vec<_> = named
+        .iter()
+        .zip(strengths)
+        .map(|(id, strength)| {
+            (all.iter().find(|f| face.muscles()[f.muscle].id == **id).unwrap().fibre.clone(), strength)
+        })
+        .collect();
+    let force = |x: &Point3<f64>| pulls.iter().map(|(f, s)| law.force(f, x) * *s).sum::<Vector3<f64>>();
+    let n = first.len();
+    let field = ForceField {
+        force: first.iter().map(force).collect(),
+        sigma: vec![0.01; n],
+        outside_table: vec![false; n],
+        ..ForceField::default()
+    };
+    let outcome = Outcome {
+        states: vec![VertexState::Measured; n],
+        border: vec![false; n],
+        field,
+        last: first.clone(),
+        first,
+        ..unmarked(&face)
+    };
+    (face, outcome)
+}
+
+#[test]
+fn the_muscles_that_made_a_field_are_found_with_their_law_and_strengths() {
+    let (face, outcome) = pulled([0.9, 0.4]);
+    let question = Question { compare: crate::fit::Compare::Vectors, ..Question::default() };
+    let found = Analysis::new(&outcome, &face, &question, &|| false).unwrap().unwrap();
+    let ids: Vec<&str> =
+        found.selection.chosen.iter().map(|&f| face.muscles()[found.fibres[f].muscle].id.as_str()).collect();
+    assert_eq!(ids, ["frontalis_medial_left", "zygomaticus_major_right"]);
+    assert!(found.explains);
+    let best = found.best_fit().unwrap();
+    assert_eq!(best.law.kind(), LawKind::Anatomical);
+    assert!(best.r2 > 1.0 - 1e-9, "{}", best.r2);
+    for (&f, truth) in found.selection.chosen.iter().zip([0.9, 0.4]) {
+        let strength = found.activations.muscles[f].strength_n;
+        assert!((strength - truth).abs() < 1e-4, "{strength} for {truth}");
+    }
+    // No second lobe made the field, so none may be found to pay.
+    assert_eq!(found.second_lobe_pays(), Some(false));
+
+    // The same law on the same muscles twice as strong: its shape holds, its strengths explain 1 − (1/2)² of the squares.
+    let (_, twice) = pulled([1.8, 0.8]);
+    let carried = carry(&found, &face, &twice, &face).unwrap();
+    let row = carried.rows.iter().find(|r| r.label == best.label).unwrap();
+    assert!((row.as_fitted_r2.unwrap() - 0.75).abs() < 1e-3, "{:?}", row.as_fitted_r2);
+    assert!(row.shape_carried.as_ref().unwrap().r2 > 1.0 - 1e-6);
+    assert!(carried.missing.is_empty());
+
+    let project = Project::default();
+    let built = ladder(&project, &face, [1036, 1036], &found, &|| false, &|_| {}).unwrap();
+    let recommended = &built.rungs[built.recommended.unwrap()];
+    assert!(recommended.name.starts_with("Anatomical, shape"), "{recommended:?}");
+    let errors: Vec<f64> = built.rungs[..4].iter().map(|r| r.held_out.as_ref().unwrap().error).collect();
+    assert!((errors[0] - 1.0).abs() < 1e-12 && errors[3] < errors[0], "{errors:?}");
+}
+
+#[test]
+fn noise_alone_is_explained_by_no_muscle_and_no_field_is_no_answer() {
+    use rand::{RngExt, SeedableRng};
+    let (face, mut outcome) = pulled([0.9, 0.4]);
+    let mut random = rand_pcg::Pcg64::seed_from_u64(5);
+    for f in &mut outcome.field.force {
+        *f = Vector3::from_fn(|_, _| random.random_range(-0.1..0.1));
+    }
+    let found = Analysis::new(&outcome, &face, &Question::default(), &|| false).unwrap().unwrap();
+    assert!(!found.explains && found.selection.chosen.is_empty());
+    let best = found.best.and_then(|b| found.laws[b].held_out.as_ref()).unwrap();
+    assert!(best.error > 0.97, "{}", best.error);
+
+    assert!(Analysis::new(&outcome, &face, &Question::default(), &|| true).is_none(), "stopped");
+    outcome.field.force.fill(Vector3::zeros());
+    assert_eq!(Analysis::new(&outcome, &face, &Question::default(), &|| false).unwrap().unwrap_err(), Nothing::NoForce);
+    outcome.states.fill(VertexState::Inferred);
+    assert_eq!(
+        Analysis::new(&outcome, &face, &Question::default(), &|| false).unwrap().unwrap_err(),
+        Nothing::NoSamples
+    );
 }

@@ -248,7 +248,7 @@ mod tests {
             [(0.3, false, 0.1), (1.01, false, 0.1), (0.3, true, 0.1), (1.01, true, 0.1), (1.01, false, 0.3)]
         {
             for kind in LawKind::ALL {
-                let settings = TrialSettings { most_cosine, front_only, noise, ..TrialSettings::default() };
+                let settings = TrialSettings { noise, most_cosine, front_only, ..TrialSettings::default() };
                 let r = trial(&face, &MuscleLaw::default_of(kind), &settings).unwrap();
                 println!(
                     "{:14} cos<{most_cosine:.2} noise {noise} n={} exact {:.1} % false {} missed {} covered {:.1} % error {:.1} % | {:.3} ms {:.2} ms | {:?}",

@@ -40,6 +40,7 @@ pub fn show(
         for (workspace, action) in [
             (Workspace::Frames, Action::WorkspaceFrames),
             (Workspace::Forces, Action::WorkspaceForces),
+            (Workspace::Muscles, Action::WorkspaceMuscles),
             (Workspace::Face, Action::WorkspaceFace),
         ] {
             tab(ui, view.workspace == workspace, action, commands);

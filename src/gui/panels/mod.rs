@@ -9,6 +9,7 @@ pub mod key_settings;
 pub mod key_sheet;
 pub mod menu;
 pub mod modals;
+pub mod muscles;
 pub mod palette;
 pub mod results;
 pub mod settings;

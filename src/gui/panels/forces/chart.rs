@@ -8,28 +8,30 @@ use crate::gui::height_map::ink::Inks;
 use crate::muscle_field::section::{ProfilePoint, Section};
 
 /// What a chart shows.
-pub(super) struct Chart<'a> {
+pub(in crate::gui::panels) struct Chart<'a> {
     /// Above it.
-    pub(super) title: &'a str,
+    pub(in crate::gui::panels) title: &'a str,
     /// Under the horizontal axis: "y, mm".
-    pub(super) across: &'a str,
+    pub(in crate::gui::panels) across: &'a str,
     /// At the vertical axis: "Force, N".
-    pub(super) up: &'a str,
+    pub(in crate::gui::panels) up: &'a str,
     /// The data.
-    pub(super) section: &'a Section,
+    pub(in crate::gui::panels) section: &'a Section,
+    /// Further lines: what models say, each with its colour; a place without a number breaks the line.
+    pub(in crate::gui::panels) curves: &'a [(Stroke, &'a [[f64; 2]])],
     /// Limits of the vertical axis.
-    pub(super) values: [f64; 2],
+    pub(in crate::gui::panels) values: [f64; 2],
     /// Colour of a value.
-    pub(super) colour: &'a dyn Fn(f64) -> Color32,
+    pub(in crate::gui::panels) colour: &'a dyn Fn(f64) -> Color32,
     /// Vertices lit up: selected and hovered.
-    pub(super) lit: [Option<usize>; 2],
+    pub(in crate::gui::panels) lit: [Option<usize>; 2],
 }
 
 /// How near the pointer must come to a point, points.
 const REACH: f32 = 14.0;
 
 /// Draws the chart into `rect`; gives the vertex under the pointer and the places of the points.
-pub(super) fn draw(
+pub(in crate::gui::panels) fn draw(
     painter: &Painter,
     rect: Rect,
     chart: &Chart<'_>,
@@ -41,7 +43,7 @@ pub(super) fn draw(
     if plot.width() < 40.0 || plot.height() < 30.0 {
         return None;
     }
-    let Some([from, to]) = span(chart.section) else {
+    let Some([from, to]) = span(chart) else {
         painter.rect_filled(plot, 0.0, inks.unmeasured);
         hatch(painter, plot, Stroke::new(1.0, inks.hatch), false);
         painter.text(
@@ -65,6 +67,12 @@ pub(super) fn draw(
         clipped.line_segment(ends, Stroke::new(3.4, inks.axis.gamma_multiply(0.35)));
         clipped.line_segment(ends, Stroke::new(2.4, colour));
     }
+    for (stroke, points) in chart.curves {
+        for run in points.split(|p| !p[1].is_finite()).filter(|run| run.len() > 1) {
+            let line: Vec<Pos2> = run.iter().map(|p| pos2(x(p[0]), y(p[1]))).collect();
+            clipped.add(egui::Shape::line(line, *stroke));
+        }
+    }
     let mut nearest: Option<(f32, usize)> = None;
     for point in &chart.section.points {
         let at = pos2(x(point.at_mm), y(point.value));
@@ -86,8 +94,11 @@ pub(super) fn draw(
 }
 
 /// First and last coordinate of the data, with a little room.
-fn span(section: &Section) -> Option<[f64; 2]> {
+fn span(chart: &Chart<'_>) -> Option<[f64; 2]> {
+    let section = chart.section;
+    let of_curves = chart.curves.iter().flat_map(|(_, points)| points.iter()).map(|p| p[0]);
     let ends = section.pieces.iter().flatten().map(|p| p[0]).chain(section.points.iter().map(|p| p.at_mm));
+    let ends = ends.chain(of_curves);
     let (from, to) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), at| (a.min(at), b.max(at)));
     let room = ((to - from) * 0.03).max(1.0);
     from.is_finite().then_some([from - room, to + room])

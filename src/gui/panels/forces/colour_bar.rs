@@ -11,7 +11,14 @@ use crate::gui::height_map::{ColourCurve, Layer, Palette, RangeMode};
 const WIDTH: f32 = 16.0;
 
 /// Draws the bar at the right side of the canvas.
-pub(super) fn show(painter: &Painter, canvas: Rect, layer: &Layer, palette: &Palette, mode: RangeMode, inks: &Inks) {
+pub(in crate::gui::panels) fn show(
+    painter: &Painter,
+    canvas: Rect,
+    layer: &Layer,
+    palette: &Palette,
+    mode: RangeMode,
+    inks: &Inks,
+) {
     let height = (canvas.height() - 150.0).clamp(60.0, 420.0);
     let left = canvas.right() - 84.0;
     let top = canvas.top() + 66.0;

@@ -2,8 +2,8 @@
 
 mod canvas;
 mod card;
-mod chart;
-mod colour_bar;
+pub(super) mod chart;
+pub(super) mod colour_bar;
 mod legend;
 mod prepared;
 mod profiles;

@@ -1,0 +1,59 @@
+//! How the smallest set of muscles was found: each muscle added, and what it bought.
+
+use egui::Ui;
+
+use super::{Shown, table};
+use crate::draw::numbers::fixed;
+use crate::fit::selection::Stopped;
+use crate::muscle_field::fibres::muscle_name;
+
+/// Titles of the table, each with what it means.
+const HEAD: [(&str, &str); 5] = [
+    ("Muscle added", "The one that lowers the residual most"),
+    ("Muscles", "In the set"),
+    ("Held-out error", "Root of the share of the squared force missed on patches left out"),
+    ("ΔBIC", "Extended Schwarz criterion, with what is paid for having chosen among many, above the lowest"),
+    ("R²", "Share of the squared force explained"),
+];
+
+/// Shows the way.
+pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>) {
+    let analysis = shown.analysis;
+    let selection = &analysis.selection;
+    let name = |f: usize| muscle_name(&shown.scene.face.muscles()[analysis.fibres[f].muscle]);
+    let why = match selection.stopped {
+        Stopped::Criterion => "the criterion rose",
+        Stopped::HeldOut => "patches left out were explained no better",
+        Stopped::NothingLeft => "no muscle was left that explains more",
+        Stopped::Most => "no more were asked for",
+    };
+    let set = match selection.chosen.len() {
+        0 => "No muscle explains the forces better than none does on patches left out.".to_owned(),
+        1 => format!("One muscle explains the field: {}.", name(selection.chosen[0])),
+        n => format!("{n} muscles explain the field; after {} steps {why}.", selection.taken),
+    };
+    let pruned = match selection.pruned.len() {
+        0 => String::new(),
+        _ => format!(
+            " Given up on the way: {}.",
+            selection.pruned.iter().map(|&f| name(f)).collect::<Vec<_>>().join("; ")
+        ),
+    };
+    ui.label(format!("{set}{pruned} By {}, tested on {} patches.", analysis.shape.label(), selection.patches));
+    ui.separator();
+    let least = selection.path.iter().map(|s| s.extended_bic).fold(f64::INFINITY, f64::min);
+    let rows: Vec<Vec<String>> = selection
+        .path
+        .iter()
+        .map(|step| {
+            vec![
+                step.added.map_or_else(|| "(none)".to_owned(), name),
+                step.muscles.to_string(),
+                fixed(step.held_out, 3),
+                fixed(step.extended_bic - least, 1),
+                fixed(step.r_squared, 3),
+            ]
+        })
+        .collect();
+    table::show(ui, "smallest set", &HEAD, &rows, Some(selection.taken), None);
+}

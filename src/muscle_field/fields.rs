@@ -1,0 +1,59 @@
+//! What was observed, what a law says, and what it leaves, at every vertex: the maps of the muscles.
+
+use nalgebra::Vector3;
+
+use super::analysis::Analysis;
+use super::fibres::fibre_field;
+use super::profiles::Part;
+use crate::face::FaceModel;
+use crate::fit::Compare;
+use crate::pipeline::Outcome;
+
+/// One value a vertex, N or relative; absent where nothing is known, and along the fibres where no muscle runs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Fields {
+    /// What was observed.
+    pub observed: Vec<Option<f64>>,
+    /// What the law says.
+    pub said: Vec<Option<f64>>,
+    /// The part shown of observed less said. Of lengths it is the length of the difference.
+    pub left: Vec<Option<f64>>,
+    /// Whether the law was fitted to the vertex: only those set a range of colours.
+    pub fitted: Vec<bool>,
+}
+
+/// The fields of the law with that index in [`Analysis::laws`]. Where only what lies in the skin was compared, only that is shown.
+pub fn fields(outcome: &Outcome, face: &FaceModel, analysis: &Analysis, law: usize, part: Part) -> Fields {
+    let mesh = face.mesh();
+    let normals = mesh.vertex_normals(&outcome.first);
+    let along = fibre_field(face, &outcome.first);
+    let fibres = analysis.set_fibres();
+    let fit = analysis.laws.get(law).and_then(|row| row.fit.as_ref().ok());
+    let lay = |v: usize, f: Vector3<f64>| match analysis.question.compare {
+        Compare::Tangential => f - normals[v] * normals[v].dot(&f),
+        _ => f,
+    };
+    let shown = |v: usize, f: &Vector3<f64>| match part {
+        Part::Magnitude => Some(f.norm()),
+        Part::AlongFibre => along[v].as_ref().map(|at| f.dot(&at.direction)),
+    };
+    let values = |of: &dyn Fn(usize) -> Option<Vector3<f64>>| -> Vec<Option<f64>> {
+        let known = |v: usize| outcome.states.get(v).is_some_and(|s| s.is_known()) && v < outcome.field.force.len();
+        let value = |v: usize| shown(v, &of(v)?).filter(|x| x.is_finite());
+        (0..mesh.len()).map(|v| if known(v) { value(v) } else { None }).collect()
+    };
+    let observed = |v: usize| lay(v, outcome.field.force[v]);
+    let said = |v: usize| Some(lay(v, fit?.force_at(&fibres, &outcome.first[v])));
+    let mut fitted = vec![false; mesh.len()];
+    for &v in &analysis.samples.vertices {
+        if let Some(fitted) = fitted.get_mut(v as usize) {
+            *fitted = true;
+        }
+    }
+    Fields {
+        observed: values(&|v| Some(observed(v))),
+        said: values(&said),
+        left: values(&|v| Some(observed(v) - said(v)?)),
+        fitted,
+    }
+}
