@@ -10,6 +10,7 @@ mod film;
 mod guiding;
 mod keys;
 mod marking;
+mod muscles;
 mod new_frames;
 mod pictures;
 mod snapping;

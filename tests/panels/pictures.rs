@@ -215,6 +215,14 @@ fn docs_images() {
             view.face.selected = Some(frontalis::face::draft::Slot::Insertion(2));
             view.face.tab = frontalis::gui::panels::face::Tab::Muscles;
         }),
+        ("muscles-dark", true, |w| {
+            let face = frontalis::face::generic();
+            let frontalis = (0..).zip(face.muscles()).filter(|(_, m)| m.id.starts_with("frontalis"));
+            let view = w.state_mut().view_mut();
+            view.workspace = frontalis::gui::Workspace::Muscles;
+            view.muscles.question.compare = frontalis::fit::Compare::Along;
+            view.muscles.question.muscles = Some(frontalis.map(|(i, _)| i).collect());
+        }),
         ("frames-dark", true, |_| {}),
         ("forces-light", false, |w| w.state_mut().view_mut().workspace = frontalis::gui::Workspace::Forces),
         ("guide-light", false, |w| {
