@@ -8,13 +8,15 @@ use super::cholesky;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LevenbergMarquardtSettings {
-    /// Stop where the residual stands this nearly at a right angle to every free direction: the largest cosine (default 1e-10).
+    /// Stop where the residual stands this nearly at a right angle to every free direction: the largest cosine (default 1e-6, which leaves
+    /// about 1e-12 of the cost to be gained).
     pub gradient: f64,
-    /// Stop where no unknown would move by more than this (default 1e-10). Unknowns are scaled to be of order 1.
+    /// Stop where no unknown would move by more than this (default 1e-7). Unknowns are scaled to be of order 1.
     pub step: f64,
-    /// Stop where cost falls, and is predicted to fall, by less than this share (default 1e-14).
+    /// Stop where cost falls, and is predicted to fall, by less than this share (default 1e-11: far below what noise leaves
+    /// undecided, and no limit where there is no noise, since the cost then falls towards nothing).
     pub cost: f64,
-    /// Evaluations at most (default 200).
+    /// Evaluations at most (default 100).
     pub evaluations: usize,
     /// First damping, as a share of the diagonal of JᵀJ (default 1e-3).
     pub damping: f64,
@@ -24,7 +26,7 @@ pub struct LevenbergMarquardtSettings {
 
 impl Default for LevenbergMarquardtSettings {
     fn default() -> Self {
-        Self { gradient: 1e-10, step: 1e-10, cost: 1e-14, evaluations: 200, damping: 1e-3, longest_step: 1.0 }
+        Self { gradient: 1e-6, step: 1e-7, cost: 1e-11, evaluations: 100, damping: 1e-3, longest_step: 1.0 }
     }
 }
 

@@ -44,6 +44,7 @@ pub enum Strengths {
 
 pub mod activations;
 mod cholesky;
+pub mod comparison;
 pub mod design;
 mod estimate;
 pub mod field;
@@ -59,6 +60,7 @@ pub mod student;
 pub mod student_tail;
 
 pub use activations::{Activation, Activations, activations};
+pub use comparison::{Candidate, Comparison, compare_laws};
 pub use design::{Design, DesignError};
 pub use estimate::{Estimate, LawFit, Misfit, Passed, Strength, WeakDirection};
 pub use field::{Field, FieldError};

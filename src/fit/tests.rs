@@ -354,3 +354,19 @@ fn kaufman_s_matrix_is_the_schur_complement_of_the_whole() {
     let jtj = nalgebra::DMatrix::from_row_slice(4, 4, &jtj);
     assert!((jtj - &schur).norm() < 1e-10 * schur.norm());
 }
+
+#[test]
+fn the_law_that_made_a_field_wins_the_comparison() {
+    let options = LawFitOptions::default();
+    for (at, law) in comparison::candidates().iter().enumerate() {
+        let strengths: Vec<f64> = [0.8, 1.1, -0.4, -0.5][..2 * law.lobes()].to_vec();
+        let samples = noisy(&field_of(law, &strengths), 0.1, 4);
+        let comparison = compare_laws(&fibres(), &samples, &options).unwrap();
+        assert_eq!(comparison.best, Some(at), "{}", law.label());
+        assert_eq!(comparison.fits.len(), 5);
+        if at >= 3 {
+            assert_eq!(comparison.lobe_gain.unwrap() > 0.0, at == 4, "{}", law.label());
+        }
+    }
+    assert_eq!(compare_laws(&fibres(), &[], &options), Err(FieldError::NoSamples));
+}

@@ -95,11 +95,10 @@ impl Default for Anatomical {
     }
 }
 
-// Steepness times width stays below 600, so that e^−B is not zero.
-const SR: Scale = Scale::positive("sr", "Steepness along the fibre", 0.05, 200.0);
-const WR: Scale = Scale::positive("wr", "Width along the fibre", 0.005, 3.0);
-const SA: Scale = Scale::positive("sa", "Steepness across the fibre", 0.05, 200.0);
-const WA: Scale = Scale::positive("wa", "Width across the fibre", 0.005, 3.0);
+const SR: Scale = Scale::positive("sr", "Steepness along the fibre", 0.05, 500.0);
+const WR: Scale = Scale::positive("wr", "Width along the fibre", 0.005, 6.0);
+const SA: Scale = Scale::positive("sa", "Steepness across the fibre", 0.05, 500.0);
+const WA: Scale = Scale::positive("wa", "Width across the fibre", 0.005, 6.0);
 const LOBE: Scale = Scale::positive("lobe", "Second lobe's distance from the insertion", 0.2, 3.0);
 
 impl Anatomical {
@@ -227,12 +226,14 @@ impl Window {
         if a - self.b > TAIL {
             return None;
         }
-        let e_a = (-a).exp();
-        let (sum, product) = (e_a + self.e_b, e_a * self.e_b);
-        let (near, far) = (product / (1.0 + product), self.e_b / sum);
+        // e⁻ᴮ/e⁻ᴬ, from which no part of the formulas can overflow or become 0/0, however steep and wide the window is.
+        let ratio = (a - self.b).exp();
+        let share = 1.0 / (1.0 + ratio);
+        let product = self.e_b * (self.e_b / ratio.max(f64::MIN_POSITIVE));
+        let (near, far) = (product / (1.0 + product), ratio * share);
         let (by_a, by_b) = (near - far, near + far + self.log_by_b);
         Some(WindowValue {
-            value: self.scale * e_a / (sum * (1.0 + product)),
+            value: self.scale * share / (1.0 + product),
             log_by_steepness: (a * by_a + self.b * by_b) / self.steepness,
             log_by_width: self.steepness * by_b,
             log_by_distance: 2.0 * self.steepness * by_a * distance.signum(),

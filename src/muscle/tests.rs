@@ -192,6 +192,11 @@ fn anatomical_by_hand() {
     near(value(b, &fibre, [0.0, 0.5, 0.0]), value(raw, &fibre, [0.0, 0.5, 0.0]), 0.0);
     near(value(b, &fibre, [0.0; 3]), value(raw, &fibre, [0.0; 3]), 0.0);
     assert_eq!(value(b, &fibre, [0.0, -0.01, 0.0]), 0.0);
+    // At both ends of what is accepted: a box, 1 inside and 0 outside, and ½ at its edge; never 0/0.
+    let boxed = MuscleLaw::Anatomical(tanh_law(500.0, 6.0, 500.0, 6.0));
+    for (x, v) in [([0.0, 0.0, 0.0], 1.0), ([5.9, -5.9, 0.0], 1.0), ([6.1, 0.0, 0.0], 0.0), ([6.0, 0.0, 0.0], 0.5)] {
+        near(value(boxed, &fibre, x), v, 1e-12);
+    }
     // Far to the side, and so steep that e^(A − B) would overflow.
     assert_eq!(value(MuscleLaw::Anatomical(tanh_law(200.0, 0.5, 200.0, 0.6)), &fibre, [9.0, 0.0, 0.0]), 0.0);
 }

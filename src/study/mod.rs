@@ -4,6 +4,7 @@ pub mod activation_trial;
 pub mod artist;
 pub mod artist_laws;
 pub mod face_fit;
+pub mod law_trial;
 pub mod laws;
 pub mod marking_trial;
 pub mod people;
