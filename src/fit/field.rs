@@ -109,11 +109,11 @@ impl Field {
 
     /// The reduced directions in which a law pulls, sample by sample, fibre by fibre.
     pub(crate) fn directions(&self, law: &MuscleLaw) -> Vec<Vector3<f64>> {
-        let one = |(i, x): (usize, &nalgebra::Point3<f64>)| {
-            let x = *x;
-            self.fibres.iter().map(move |f| self.reduce(i, &law.direction(f, &x))).collect::<Vec<_>>()
-        };
-        self.positions.iter().enumerate().flat_map(one).collect()
+        let mut all = Vec::with_capacity(self.places.len());
+        for (i, x) in self.positions.iter().enumerate() {
+            all.extend(self.fibres.iter().map(|f| self.reduce(i, &law.direction(f, x))));
+        }
+        all
     }
 
     /// How forces and laws are compared.

@@ -76,7 +76,8 @@ pub struct LawFitOptions {
     /// (5.3).
     pub variants: bool,
     /// Starts at most: the given one, and points within a factor 3 of the law's default and of the given one in turn (default 8).
-    /// Starting ends when two have ended in the same place; if none have, there is no fit. With a single start nothing is compared.
+    /// Starting ends when two have ended in the same place (three with a
+    /// second lobe); if no two have, there is no fit. With a single start nothing is compared.
     pub starts: usize,
     /// Seed of the further starts.
     pub seed: u64,
@@ -276,6 +277,8 @@ fn fit_variant(law: &MuscleLaw, field: &Field, options: &LawFitOptions) -> Resul
     let mut evaluations = 0;
     let several = !model.free().is_empty();
     let same = |a: f64, b: f64| (a - b).abs() <= SAME_COST[0] * a.min(b) + SAME_COST[1] * nothing;
+    // A second lobe has false minima that one start in twenty reaches.
+    let enough = 1 + law.lobes();
     let centres = [law_default(law), given.clone()];
     for number in 0..if several { options.starts.max(1) } else { 1 } {
         let from = if number == 0 { given.clone() } else { model.near(&centres[(number + 1) % 2], &mut random) };
@@ -302,7 +305,7 @@ fn fit_variant(law: &MuscleLaw, field: &Field, options: &LawFitOptions) -> Resul
                 best = Some(run);
             }
         }
-        if agreed >= 2 {
+        if agreed >= enough {
             break;
         }
     }

@@ -306,6 +306,11 @@ impl<'a> Model<'a> {
         let n = p + q;
         let fibres = self.shapes.len();
         let lengths = self.field.compare() == Compare::Magnitudes;
+        // ∂/∂ln(v − o) = (v − o) ∂/∂v
+        let mut factors = [0.0; MAX_PARAMETERS];
+        for (factor, (value, parameter)) in factors.iter_mut().zip(self.values.iter().zip(&self.parameters)) {
+            *factor = value - parameter.origin;
+        }
         self.full.fill(0.0);
         self.gradient.fill(0.0);
         for i in 0..self.field.len() {
@@ -321,8 +326,7 @@ impl<'a> Model<'a> {
                 }
                 let pull = self.directions[i * fibres + term % fibres] * self.strengths[self.column_of(term)];
                 for (slope, &k) in self.slope.iter_mut().zip(&self.free) {
-                    // ∂/∂ln(v − o) = (v − o) ∂/∂v
-                    *slope += pull * (self.slopes[at][k] * (self.values[k] - self.parameters[k].origin));
+                    *slope += pull * (self.slopes[at][k] * factors[k]);
                 }
             }
             if lengths {

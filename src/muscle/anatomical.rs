@@ -188,6 +188,7 @@ impl Windows {
 #[derive(Clone, Copy, Debug)]
 struct Window {
     steepness: f64,
+    per_steepness: f64,
     b: f64,
     e_b: f64,
     /// (1 + e⁻ᴮ)², times the peak when raw.
@@ -207,6 +208,9 @@ struct WindowValue {
 /// Where a window has fallen below e^−45 of its peak it is zero.
 const TAIL: f64 = 45.0;
 
+/// B beyond which e⁻ᴬ e⁻ᴮ is nothing beside 1 wherever the window is not.
+const STEEP: f64 = 300.0;
+
 impl Window {
     fn new(steepness: f64, width: f64, raw: bool) -> Self {
         let b = steepness * width;
@@ -216,7 +220,14 @@ impl Window {
         let (peak, log_peak_by_b) =
             if raw { (less / (1.0 + e_b), 2.0 * e_b / (less * (1.0 + e_b))) } else { (1.0, 0.0) };
         let scale = (1.0 + e_b) * (1.0 + e_b) * peak;
-        Self { steepness, b, e_b, scale, log_by_b: log_peak_by_b - 2.0 * e_b / (1.0 + e_b) }
+        Self {
+            steepness,
+            per_steepness: 1.0 / steepness,
+            b,
+            e_b,
+            scale,
+            log_by_b: log_peak_by_b - 2.0 * e_b / (1.0 + e_b),
+        }
     }
 
     /// The window at a signed distance from its centre; `None` in its tail.
@@ -226,15 +237,23 @@ impl Window {
         if a - self.b > TAIL {
             return None;
         }
-        // e⁻ᴮ/e⁻ᴬ, from which no part of the formulas can overflow or become 0/0, however steep and wide the window is.
-        let ratio = (a - self.b).exp();
-        let share = 1.0 / (1.0 + ratio);
-        let product = self.e_b * (self.e_b / ratio.max(f64::MIN_POSITIVE));
-        let (near, far) = (product / (1.0 + product), ratio * share);
+        let (share, near, far, rest) = if self.b < STEEP {
+            // One quotient: it is what takes the time.
+            let e_a = (-a).exp();
+            let (sum, product) = (e_a + self.e_b, e_a * self.e_b);
+            let rest = 1.0 + product;
+            let inverse = 1.0 / (sum * rest);
+            (e_a * rest * inverse, product * sum * inverse, self.e_b * rest * inverse, sum * inverse)
+        } else {
+            // e⁻ᴬ and e⁻ᴮ may both be zero, but not their ratio, and their product is nothing.
+            let ratio = (a - self.b).exp();
+            let share = 1.0 / (1.0 + ratio);
+            (share, 0.0, ratio * share, 1.0)
+        };
         let (by_a, by_b) = (near - far, near + far + self.log_by_b);
         Some(WindowValue {
-            value: self.scale * share / (1.0 + product),
-            log_by_steepness: (a * by_a + self.b * by_b) / self.steepness,
+            value: self.scale * share * rest,
+            log_by_steepness: (a * by_a + self.b * by_b) * self.per_steepness,
             log_by_width: self.steepness * by_b,
             log_by_distance: 2.0 * self.steepness * by_a * distance.signum(),
         })

@@ -244,9 +244,9 @@ pub fn sweep(scene: &Scene, law: &MuscleLaw, noise: f64, starts: u64, seed: u64)
     let clean = scene.field(law);
     let size = clean.iter().map(|s| s.force.norm_squared()).sum::<f64>().sqrt();
     let mut rows = Vec::new();
-    for tolerance in TOLERANCES {
-        for (name, method) in methods(tolerance) {
-            for number in 0..starts {
+    for number in 0..starts {
+        for tolerance in TOLERANCES {
+            for (name, method) in methods(tolerance) {
                 let mut random = Pcg64Mcg::seed_from_u64(seed.wrapping_add(number));
                 let start = within_factor(law, 3.0, &mut random);
                 let samples = if noise > 0.0 { with_noise(&clean, noise, &mut random) } else { clean.clone() };
