@@ -217,6 +217,18 @@ fn twin_writes_a_scene_of_known_truth_that_solves() {
         assert_eq!(fs::read(out.join(&name)).unwrap(), fs::read(again.join(&name)).unwrap(), "{name}");
     }
     assert!(refused(&["twin", "--out", text(&again), "--noise-px", "21"]).contains("noise_px is 21"));
+    assert!(refused(&["twin", "--out", text(&again), "--light-change", "0.6"]).contains("light_change is 0.6"));
+    assert!(refused(&["twin", "--out", text(&again), "--head-turn-deg", "11"]).contains("head_turn_deg is 11"));
+
+    // Bare skin in other light, with a head that moves far: the truth states what was asked.
+    let bare = dir.path().join("bare");
+    let asked =
+        ["--no-grid", "--light-change", "0.2", "--head-turn-deg", "3", "--head-shift-mm", "3", "--sensor-noise", "6.8"];
+    done(&[&["twin", "--out", text(&bare), "--size", "200"][..], &asked].concat());
+    let truth: Value = serde_json::from_slice(&fs::read(bare.join("truth.json")).unwrap()).unwrap();
+    let settings = &truth["settings"];
+    assert!(settings["grid"] == false && settings["light_change"] == 0.2 && settings["head_turn_deg"] == 3.0);
+    assert!(settings["head_shift_mm"] == 3.0 && settings["sensor_noise"] == 6.8, "{settings}");
 }
 
 /// The generic face out as OBJ and in again: the same landmarks, muscles and regions, and a fit to itself.

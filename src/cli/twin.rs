@@ -44,8 +44,26 @@ pub struct Arguments {
     /// Distance of the painted grid's lines, mm (3 to 40).
     #[arg(long, value_name = "MM", default_value_t = 8.0)]
     grid_pitch_mm: f64,
+    /// Width of the painted grid's lines, mm (0.2 to 3).
+    #[arg(long, value_name = "MM", default_value_t = 1.0)]
+    grid_line_mm: f64,
+    /// Paint no grid: bare skin.
+    #[arg(long, conflicts_with_all = ["grid_pitch_mm", "grid_line_mm"])]
+    no_grid: bool,
+    /// Standard deviation of the camera's noise in each channel, of 255 (0 to 20).
+    #[arg(long, value_name = "S", default_value_t = 1.2)]
+    sensor_noise: f64,
+    /// Share by which each lamp becomes stronger or weaker in the last frame (0 to 0.5).
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    light_change: f64,
+    /// Largest turn of the head, degrees (0.5 to 10).
+    #[arg(long, value_name = "DEG", default_value_t = 2.0)]
+    head_turn_deg: f64,
+    /// Largest shift of the head, mm (0 to 20).
+    #[arg(long, value_name = "MM", default_value_t = 2.0)]
+    head_shift_mm: f64,
     /// Keep the head where it was.
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["head_turn_deg", "head_shift_mm"])]
     no_head_motion: bool,
 }
 
@@ -86,9 +104,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         size_px: arguments.size,
         amplitude: arguments.amplitude,
         distance_mm: arguments.distance_mm,
+        grid: !arguments.no_grid,
         grid_pitch_mm: arguments.grid_pitch_mm,
+        grid_line_mm: arguments.grid_line_mm,
+        sensor_noise: arguments.sensor_noise,
+        light_change: arguments.light_change,
         head_motion: !arguments.no_head_motion,
-        ..TwinSettings::default()
+        head_turn_deg: arguments.head_turn_deg,
+        head_shift_mm: arguments.head_shift_mm,
     };
     let mut progress = Progress::new();
     progress.stage("make the scene");

@@ -1,12 +1,14 @@
 //! How far a mark lies from where its neighbours say it should be, in px and, through the springs, in newton.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Point2, Point3, Vector3};
 
 use crate::face::FaceModel;
 use crate::forces::Springs;
-use crate::marking::consistency::{self, Expected};
+use crate::marking::consistency::{Consistency, Expected, Placed};
 use crate::pipeline::Outcome;
-use crate::project::Project;
+use crate::project::{Mark, Project};
 use crate::skin::StressStrainCurve;
 
 /// A mark against its neighbours.
@@ -23,16 +25,15 @@ pub struct Gap {
 }
 
 impl Gap {
-    /// Whether the mark lies beyond what its own error and its neighbours' explain: 3.4 standard errors, which one good mark in three
-    /// hundred exceeds (Rayleigh) where the motion is as even as the fit supposes. Skin that bends sharply, or ends beside the point, makes
-    /// true marks stand out as well: six of the sample's 134.
+    /// Whether the mark lies beyond what its own error, its neighbours', and the bending of the skin about it explain: 3.3 standard errors,
+    /// which one good mark in two hundred exceeds (Rayleigh).
     pub fn stands_out(&self) -> bool {
         self.px > STANDS_OUT * self.expected.sigma_px
     }
 }
 
-/// exp(−3.4² / 2) = 0.003.
-pub const STANDS_OUT: f64 = 3.4;
+/// exp(−3.26² / 2) = 0.005.
+pub const STANDS_OUT: f64 = 3.26;
 
 /// The marks of the last frame that count.
 pub(super) fn mark_of(project: &Project, vertex: u32) -> Option<Point2<f64>> {
@@ -42,11 +43,28 @@ pub(super) fn mark_of(project: &Project, vertex: u32) -> Option<Point2<f64>> {
 
 /// The gap of one marked point of the last frame; nothing where it is not marked or too few neighbours are.
 pub fn gap(project: &Project, face: &FaceModel, outcome: &Outcome, springs: &Springs, vertex: u32) -> Option<Gap> {
-    let mark = project.features.get(&vertex)?.last?;
-    let at = Point2::from(mark.at_px);
-    let sigma_px = project.sigma_px(&mark);
-    let marked = |v: u32| mark_of(project, v);
-    let expected = consistency::expected(face.mesh(), &outcome.first_in_image, &marked, vertex, sigma_px)?;
+    let marks = marks_with(project, vertex);
+    let px_per_mm = outcome.camera.px_per_mm;
+    let expected = Consistency::of(face.mesh(), &outcome.first_in_image, &marks, px_per_mm).expected(vertex)?;
+    from_expected(project, outcome, springs, vertex, expected)
+}
+
+/// The marks that count, and that of a vertex whatever its state: a mark in doubt is weighed, too, but weighs nothing for others.
+fn marks_with(project: &Project, vertex: u32) -> BTreeMap<u32, Placed> {
+    let counts = |v: &u32, mark: &Mark| mark.state.is_data() || *v == vertex;
+    let placed = |mark: &Mark| Placed { at: mark.at_px.into(), sigma_px: project.sigma_px(mark) };
+    let marks = project.features.iter().filter_map(|(v, f)| Some((*v, f.last?)));
+    marks.filter(|(v, m)| counts(v, m)).map(|(v, m)| (v, placed(&m))).collect()
+}
+
+fn from_expected(
+    project: &Project,
+    outcome: &Outcome,
+    springs: &Springs,
+    vertex: u32,
+    expected: Expected,
+) -> Option<Gap> {
+    let at = Point2::from(project.features.get(&vertex)?.last?.at_px);
     let here = *outcome.last.get(vertex as usize)?;
     // The skin about the point is moved within the picture's plane, by as much as the picture says at its depth.
     let camera = &outcome.camera;
@@ -83,7 +101,15 @@ fn pull(
 
 /// Every mark of the last frame against its neighbours, worst first: by the distance in standard errors.
 pub fn gaps(project: &Project, face: &FaceModel, outcome: &Outcome, springs: &Springs) -> Vec<Gap> {
-    let mut gaps: Vec<Gap> = project.features.keys().filter_map(|&v| gap(project, face, outcome, springs, v)).collect();
+    let px_per_mm = outcome.camera.px_per_mm;
+    let data: BTreeMap<u32, Placed> = marks_with(project, u32::MAX);
+    let all = Consistency::of(face.mesh(), &outcome.first_in_image, &data, px_per_mm).all();
+    let in_doubt = project.features.iter().filter(|(v, f)| f.last.is_some() && !data.contains_key(v));
+    let mut gaps: Vec<Gap> = all
+        .into_iter()
+        .filter_map(|(v, expected)| from_expected(project, outcome, springs, v, expected))
+        .chain(in_doubt.filter_map(|(&v, _)| gap(project, face, outcome, springs, v)))
+        .collect();
     let in_errors = |g: &Gap| g.px / g.expected.sigma_px.max(1e-9);
     gaps.sort_by(|a, b| in_errors(b).total_cmp(&in_errors(a)));
     gaps

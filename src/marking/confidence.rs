@@ -20,7 +20,7 @@ pub fn features(t: &Tracked) -> [f64; 4] {
 }
 
 /// Shares of the features, fitted by greatest likelihood.
-const SHARES: [f64; 4] = [0.056, 1.27, 0.068, 0.093];
+const SHARES: [f64; 4] = [0.053, 2.36, 0.044, 0.066];
 /// Even a perfect match may be one with the wrong skin: one in a thousand.
 const MOST: f64 = 0.999;
 /// Stray of a point without neighbours, px.
@@ -45,8 +45,8 @@ mod tests {
             confidence: 0.0,
             method: Method::Field,
         };
-        // By hand: s² = 0.056 + 1.27 · 0.0025 + 0.068 · 0.01 + 0.093 · 0.01 = 0.0608; 0.999 (1 − e^(−8.22)) = 0.9987.
-        assert!((of(&sure) - 0.9987).abs() < 1e-4, "{}", of(&sure));
+        // By hand: s² = 0.053 + 2.36 · 0.0025 + 0.044 · 0.01 + 0.066 · 0.01 = 0.0600; 0.999 (1 − e^(−8.33)) = 0.9988.
+        assert!((of(&sure) - 0.9988).abs() < 1e-4, "{}", of(&sure));
         for doubtful in [
             Tracked { sigma_px: [0.6; 2], ..sure },
             Tracked { stray_px: Some(3.0), ..sure },

@@ -191,7 +191,7 @@ impl Walk<'_> {
             // Downwards counts up, whichever way the upright line's direction points.
             direction = -direction;
         }
-        let value = |at: Point2<f64>| self.picture.spline().sample(&at).value;
+        let value = |at: Point2<f64>| self.picture.soft().sample(&at).value;
         let beside = 0.5 * width + (0.6 * width).max(2.0);
         let step = (0.4 * width).max(1.0);
         // Begin where the other line has been left.

@@ -10,10 +10,20 @@
 //!
 //! All thirteen numbers (b, g, a, s, two of h, directions and κ, and c) are fitted by Levenberg and Marquardt's method; c is the crossing.
 
-use nalgebra::{Point2, SMatrix, SVector, Vector2};
+#![expect(
+    clippy::inline_always,
+    reason = "only what is inlined into the dispatched function is compiled for wide registers"
+)]
 
-use super::gray::{Gray, Spline};
+mod fit;
+
+use nalgebra::{Point2, Vector2};
+use pulp::{Arch, Simd, WithSimd};
+
+use super::gray::Spline;
+use super::lanes::{LANES, Lanes};
 use super::prepared::Prepared;
+use fit::{ANGLE, BEND, Fit, HALF, Numbers, PAINT, PLACE};
 
 /// Choices of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,17 +88,6 @@ pub enum NoCrossing {
 
 /// Directions tried for a line, over half a turn.
 const DIRECTIONS: usize = 24;
-/// The fit's numbers: b, g_x, g_y, a, ln s, two of ln h, two angles, two of κ, c_x, c_y.
-const NUMBERS: usize = 13;
-// Where each kind of number begins.
-const PAINT: usize = 3;
-const SOFT: usize = 4;
-const HALF: usize = 5;
-const ANGLE: usize = 7;
-const BEND: usize = 9;
-const PLACE: usize = 11;
-/// How much a line may bend and what softness is expected, held weakly: as one grey level's noise over the window would.
-const BEND_PER_PX: f64 = 0.02;
 /// Paint must be darker than so many times what is left unexplained.
 const LEAST_CLARITY: f64 = 4.0;
 
@@ -99,7 +98,7 @@ pub fn find(picture: &Prepared, near: Point2<f64>, settings: &CrossingSettings) 
     if !picture.spline().holds(&near, window as f64 + settings.reach_px) {
         return Err(NoCrossing::OutOfPicture);
     }
-    let start = rough(picture.spline(), near, settings, window as f64)?;
+    let start = rough(picture.soft(), near, settings, window as f64)?;
     fitted(picture, near, &start, settings)
 }
 
@@ -127,21 +126,25 @@ fn fitted(
     let window = settings.window_px.clamp(3, 64);
     let mut fit = Fit::new(picture.gray(), start.at, window);
     let (mut numbers, mut sum) = fit.solve(start.numbers(&fit)).ok_or(NoCrossing::Unsettled)?;
-    let crossing = |n: &Numbers| Point2::new(n[PLACE], n[PLACE + 1]);
+    let crossing = |fit: &Fit, n: &Numbers| fit.middle + Vector2::new(n[PLACE], n[PLACE + 1]);
     let in_reach = |at: Point2<f64>| (at - near).norm() <= settings.reach_px + 1.0;
     // Paint has not quite the model's profile: a window that is not centred would pull the lines to one side.
     for _ in 0..2 {
-        let at = crossing(&numbers);
+        let at = crossing(&fit, &numbers);
         if !in_reach(at) {
             return Err(NoCrossing::NoLines);
         }
         if (at - fit.middle).norm() < 0.3 {
             break;
         }
+        // Light and place are counted from the middle of the window.
+        let shift = at - fit.middle;
+        numbers[0] += numbers[1] * shift.x + numbers[2] * shift.y;
+        (numbers[PLACE], numbers[PLACE + 1]) = (0.0, 0.0);
         fit = Fit::new(picture.gray(), at, window);
         (numbers, sum) = fit.solve(numbers).ok_or(NoCrossing::Unsettled)?;
     }
-    let at = crossing(&numbers);
+    let at = crossing(&fit, &numbers);
     let direction = |k: usize| Vector2::new(numbers[ANGLE + k].cos(), numbers[ANGLE + k].sin());
     let mut lines = [0, 1].map(|k| {
         let d = direction(k);
@@ -150,8 +153,7 @@ fn fitted(
     let between = lines[0].0.perp(&lines[1].0).abs().min(1.0).asin();
     let thin = lines.iter().all(|l| (0.5..1.4 * window as f64).contains(&l.1));
     let bent = (0..2).any(|k| numbers[BEND + k].abs() * window as f64 > 1.0);
-    let total: f64 = fit.weights.iter().sum();
-    let left = (sum / total).sqrt();
+    let left = (sum / fit.total).sqrt();
     let contrast = numbers[PAINT];
     if !(in_reach(at) && between >= settings.least_angle && thin && !bent && contrast > LEAST_CLARITY * left) {
         return Err(NoCrossing::NoLines);
@@ -159,7 +161,7 @@ fn fitted(
     if lines[0].0.x < lines[1].0.x {
         lines.swap(0, 1);
     }
-    let sigma_px = fit.standard_errors(&numbers, sum / total).ok_or(NoCrossing::Unsettled)?;
+    let sigma_px = fit.standard_errors(&numbers, sum / fit.total).ok_or(NoCrossing::Unsettled)?;
     Ok(Crossing {
         at,
         directions: lines.map(|l| l.0),
@@ -183,6 +185,7 @@ fn rough(picture: &Spline, near: Point2<f64>, settings: &CrossingSettings, windo
     const STEP: f64 = 1.5;
     let reach = (settings.reach_px / STEP).ceil() as i32;
     let least_apart = (settings.least_angle / std::f64::consts::PI * DIRECTIONS as f64).ceil() as usize;
+    let rays = Rays::of(window);
     let mut best: Option<(f64, Start)> = None;
     for i in -reach..=reach {
         for j in -reach..=reach {
@@ -191,14 +194,14 @@ fn rough(picture: &Spline, near: Point2<f64>, settings: &CrossingSettings, windo
                 continue;
             }
             let at = near + shift;
-            let mean: Vec<f64> = (0..DIRECTIONS).map(|k| along(picture, at, direction(k), window)).collect();
+            let mean = rays.means(picture, at);
             for a in 0..DIRECTIONS {
                 for b in a + least_apart..DIRECTIONS.min(a + DIRECTIONS + 1 - least_apart) {
                     // Both must be dark, and light between them on either side: one broad line holds many dark directions. Nearness
                     // decides between equals.
                     let halfway = usize::midpoint(a, b);
                     let light = mean[halfway].min(mean[(halfway + DIRECTIONS / 2) % DIRECTIONS]);
-                    let dark = light - mean[a].max(mean[b]) - 0.15 * shift.norm();
+                    let dark = f64::from(light - mean[a].max(mean[b])) - 0.15 * shift.norm();
                     if best.as_ref().is_none_or(|(d, _)| dark > *d) {
                         best = Some((dark, Start { at, angles: [direction(a), direction(b)], widths_px: None }));
                     }
@@ -213,21 +216,72 @@ fn direction(k: usize) -> f64 {
     k as f64 / DIRECTIONS as f64 * std::f64::consts::PI
 }
 
-/// Mean brightness along a line through a place.
-fn along(picture: &Spline, at: Point2<f64>, angle: f64, window: f64) -> f64 {
-    const SAMPLES: i32 = 5;
-    let step = Vector2::new(angle.cos(), angle.sin()) * (0.9 * window / f64::from(SAMPLES));
-    let sum: f64 = (-SAMPLES..=SAMPLES).map(|k| picture.sample(&(at + step * f64::from(k))).value).sum();
-    sum / f64::from(2 * SAMPLES + 1)
+/// Places along lines through one place, in all directions; lines of eight directions side by side.
+struct Rays {
+    steps: [[Lanes; 2]; DIRECTIONS / LANES],
+}
+
+/// Places on either side of the middle.
+const ALONG: i32 = 5;
+
+impl Rays {
+    fn of(window: f64) -> Self {
+        let length = 0.9 * window / f64::from(ALONG);
+        let steps = std::array::from_fn(|g| {
+            let angle = |k: usize| direction(LANES * g + k);
+            [
+                std::array::from_fn(|k| (angle(k).cos() * length) as f32),
+                std::array::from_fn(|k| (angle(k).sin() * length) as f32),
+            ]
+        });
+        Self { steps }
+    }
+
+    /// Mean brightness along each line through a place.
+    fn means(&self, picture: &Spline, at: Point2<f64>) -> [f32; DIRECTIONS] {
+        Arch::new().dispatch(Means { rays: self, picture, at })
+    }
+}
+
+struct Means<'a> {
+    rays: &'a Rays,
+    picture: &'a Spline,
+    at: Point2<f64>,
+}
+
+impl WithSimd for Means<'_> {
+    type Output = [f32; DIRECTIONS];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [f32; DIRECTIONS] {
+        let corner = self.at.map(|c| c.floor() as i32);
+        let from = [(self.at.x - f64::from(corner.x)) as f32, (self.at.y - f64::from(corner.y)) as f32];
+        let mut means = [0.0; DIRECTIONS];
+        for (steps, mean) in self.rays.steps.iter().zip(means.chunks_exact_mut(LANES)) {
+            let mut sum = [0.0; LANES];
+            for i in -ALONG..=ALONG {
+                let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
+                for k in 0..LANES {
+                    x[k] = from[0] + i as f32 * steps[0][k];
+                    y[k] = from[1] + i as f32 * steps[1][k];
+                }
+                let [value, ..] = self.picture.sample_lanes([corner.x, corner.y], &x, &y);
+                for k in 0..LANES {
+                    sum[k] += value[k];
+                }
+            }
+            for k in 0..LANES {
+                mean[k] = sum[k] / (2 * ALONG + 1) as f32;
+            }
+        }
+        means
+    }
 }
 
 impl Start {
     fn numbers(&self, fit: &Fit) -> Numbers {
         // Robust against a hair or a spot: the tenth part from either end.
-        let mut sorted: Vec<f64> = fit.values.clone();
-        sorted.sort_by(f64::total_cmp);
-        let at = |share: f64| sorted[((sorted.len() - 1) as f64 * share) as usize];
-        let (low, high) = (at(0.1), at(0.9));
+        let [low, high] = fit.brightness([0.1, 0.9]);
         let halves = self.widths_px.map_or([0.18 * fit.radius; 2], |w| w.map(|w| 0.5 * w));
         let [first, second] = self.angles;
         Numbers::from_column_slice(&[
@@ -242,231 +296,15 @@ impl Start {
             second,
             0.0,
             0.0,
-            self.at.x,
-            self.at.y,
+            self.at.x - fit.middle.x,
+            self.at.y - fit.middle.y,
         ])
-    }
-}
-
-type Numbers = SVector<f64, NUMBERS>;
-
-/// The window about a place.
-struct Fit {
-    middle: Point2<f64>,
-    radius: f64,
-    places: Vec<Point2<f64>>,
-    values: Vec<f64>,
-    weights: Vec<f64>,
-}
-
-/// What one line says at a place: how much it covers, and the derivatives of that.
-struct Cover {
-    share: f64,
-    by_soft: f64,
-    by_half: f64,
-    by_angle: f64,
-    by_bend: f64,
-    by_place: [f64; 2],
-}
-
-/// A line of the model, with what depends on its numbers alone.
-struct Painted {
-    sin: f64,
-    cos: f64,
-    bend: f64,
-    half: f64,
-    soft: f64,
-    /// exp(2h / s).
-    width: f64,
-}
-
-impl Painted {
-    fn of(n: &Numbers, k: usize) -> Self {
-        let (sin, cos) = n[ANGLE + k].sin_cos();
-        let (half, soft) = (n[HALF + k].exp(), n[SOFT].exp());
-        Self { sin, cos, bend: n[BEND + k], half, soft, width: (2.0 * half / soft).min(60.0).exp() }
-    }
-
-    /// How much the line covers at a place.
-    fn share(&self, r: &Vector2<f64>) -> f64 {
-        let (along, across) = (r.x * self.cos + r.y * self.sin, r.y * self.cos - r.x * self.sin);
-        let d = across - 0.5 * self.bend * along * along;
-        let e = (2.0 * d / self.soft).clamp(-60.0, 60.0).exp();
-        1.0 / (1.0 + e / self.width) - 1.0 / (1.0 + e * self.width)
-    }
-
-    /// ½ tanh(u) = ½ − 1 / (1 + exp 2u) needs one exponential for both edges.
-    fn cover(&self, r: &Vector2<f64>) -> Cover {
-        let (along, across) = (r.x * self.cos + r.y * self.sin, r.y * self.cos - r.x * self.sin);
-        let d = across - 0.5 * self.bend * along * along;
-        let e = (2.0 * d / self.soft).clamp(-60.0, 60.0).exp();
-        let (p, q) = (1.0 / (1.0 + e * self.width), 1.0 / (1.0 + e / self.width));
-        let (far, near) = (2.0 * p * (1.0 - p), 2.0 * q * (1.0 - q));
-        let by_d = (far - near) / self.soft;
-        Cover {
-            share: q - p,
-            // Both are fitted by their logarithms.
-            by_soft: -((d + self.half) * far - (d - self.half) * near) / self.soft,
-            by_half: self.half * (far + near) / self.soft,
-            by_angle: by_d * (-along - self.bend * along * across),
-            by_bend: -0.5 * by_d * along * along,
-            by_place: [
-                by_d * (self.sin + self.bend * along * self.cos),
-                by_d * (-self.cos + self.bend * along * self.sin),
-            ],
-        }
-    }
-}
-
-impl Fit {
-    fn new(picture: &Gray, middle: Point2<f64>, window: usize) -> Self {
-        let side = 2 * window + 1;
-        let radius = window as f64;
-        let spread = 0.55 * radius;
-        // The pixels themselves: smoothing would round the corners between the lines.
-        let corner = middle.map(|c| c.floor() + 0.5 - radius);
-        // A disc: the corners of a square weigh little and cost as much.
-        let places: Vec<Point2<f64>> = (0..side * side)
-            .map(|i| corner + Vector2::new((i % side) as f64, (i / side) as f64))
-            .filter(|p| (p - middle).norm() <= radius)
-            .collect();
-        let values = places.iter().map(|p| f64::from(picture.at(p.x as isize, p.y as isize))).collect();
-        let weights = places.iter().map(|p| (-(p - middle).norm_squared() / (2.0 * spread * spread)).exp()).collect();
-        Self { middle, radius, places, values, weights }
-    }
-
-    /// Brightness of the model at a place, and its derivative by every number.
-    fn model(&self, n: &Numbers, lines: &[Painted; 2], at: &Point2<f64>) -> (f64, Numbers) {
-        let from_middle = at - self.middle;
-        let r = at - Point2::new(n[PLACE], n[PLACE + 1]);
-        let [first, second] = [lines[0].cover(&r), lines[1].cover(&r)];
-        let cover = 1.0 - (1.0 - first.share) * (1.0 - second.share);
-        let paint = n[PAINT];
-        let (u, v) = (-paint * (1.0 - second.share), -paint * (1.0 - first.share));
-        let value = n[0] + n[1] * from_middle.x + n[2] * from_middle.y - paint * cover;
-        let slope = Numbers::from_column_slice(&[
-            1.0,
-            from_middle.x,
-            from_middle.y,
-            -cover,
-            u * first.by_soft + v * second.by_soft,
-            u * first.by_half,
-            v * second.by_half,
-            u * first.by_angle,
-            v * second.by_angle,
-            u * first.by_bend,
-            v * second.by_bend,
-            u * first.by_place[0] + v * second.by_place[0],
-            u * first.by_place[1] + v * second.by_place[1],
-        ]);
-        (value, slope)
-    }
-
-    /// What is held weakly, so that numbers of which the window says little stay sensible: residual, derivative, number.
-    fn held(&self, n: &Numbers) -> [(f64, f64, usize); 4] {
-        let size = self.radius;
-        let bend = size / BEND_PER_PX / 4.0;
-        let width = 0.5 * size;
-        [
-            (bend * n[BEND], bend, BEND),
-            (bend * n[BEND + 1], bend, BEND + 1),
-            (width * n[SOFT], width, SOFT),
-            (width * (n[HALF] - n[HALF + 1]), width, HALF),
-        ]
-    }
-
-    /// Weighted sum of squares, the light's and the paint's alone and with what is held.
-    fn sums(&self, n: &Numbers) -> [f64; 2] {
-        let lines = [Painted::of(n, 0), Painted::of(n, 1)];
-        let at = Point2::new(n[PLACE], n[PLACE + 1]);
-        let value = |p: &Point2<f64>| {
-            let (m, r) = (p - self.middle, p - at);
-            let bare = (1.0 - lines[0].share(&r)) * (1.0 - lines[1].share(&r));
-            n[0] + n[1] * m.x + n[2] * m.y - n[PAINT] * (1.0 - bare)
-        };
-        let one = |((p, v), w): ((&Point2<f64>, &f64), &f64)| w * (value(p) - v).powi(2);
-        let sum: f64 = self.places.iter().zip(&self.values).zip(&self.weights).map(one).sum();
-        [sum, sum + self.held(n).iter().map(|h| h.0 * h.0).sum::<f64>()]
-    }
-
-    /// Normal equations: JᵀWJ and JᵀW(model − picture).
-    fn normal(&self, n: &Numbers) -> (SMatrix<f64, NUMBERS, NUMBERS>, Numbers) {
-        let lines = [Painted::of(n, 0), Painted::of(n, 1)];
-        let mut matrix = SMatrix::<f64, NUMBERS, NUMBERS>::zeros();
-        let mut gradient = Numbers::zeros();
-        for ((p, v), w) in self.places.iter().zip(&self.values).zip(&self.weights) {
-            let (model, slope) = self.model(n, &lines, p);
-            for column in 0..NUMBERS {
-                let weighted = slope[column] * w;
-                for row in column..NUMBERS {
-                    matrix[(row, column)] += slope[row] * weighted;
-                }
-            }
-            gradient += slope * (w * (model - v));
-        }
-        for (left, slope, k) in self.held(n) {
-            matrix[(k, k)] += slope * slope;
-            gradient[k] += slope * left;
-            if k == HALF {
-                // The difference of the two widths is held.
-                matrix[(k + 1, k + 1)] += slope * slope;
-                matrix[(k + 1, k)] -= slope * slope;
-                gradient[k + 1] -= slope * left;
-            }
-        }
-        matrix.fill_upper_triangle_with_lower_triangle();
-        (matrix, gradient)
-    }
-
-    /// The numbers that fit best and their weighted sum of squares; none where the search does not settle.
-    fn solve(&self, start: Numbers) -> Option<(Numbers, f64)> {
-        let mut n = start;
-        let mut sums = self.sums(&n);
-        let mut damping = 1e-3;
-        let (mut matrix, mut gradient) = self.normal(&n);
-        for _ in 0..60 {
-            let mut damped = matrix;
-            for k in 0..NUMBERS {
-                damped[(k, k)] += damping * matrix[(k, k)].max(1e-9);
-            }
-            let step = damped.cholesky()?.solve(&gradient);
-            let tried = n - step;
-            let tried_sums = self.sums(&tried);
-            if tried_sums[1].is_finite() && tried_sums[1] <= sums[1] {
-                let settled = step[PLACE].hypot(step[PLACE + 1]) < 2e-3 && sums[1] - tried_sums[1] < 1e-3 * sums[1];
-                (n, sums) = (tried, tried_sums);
-                damping = (damping * 0.2).max(1e-9);
-                if settled {
-                    return Some((n, sums[0]));
-                }
-                (matrix, gradient) = self.normal(&n);
-            } else {
-                damping *= 8.0;
-                if damping > 1e9 {
-                    return Some((n, sums[0]));
-                }
-            }
-        }
-        None
-    }
-
-    /// Standard errors of the crossing for a variance of one pixel (sandwich of the weighted normal equations).
-    fn standard_errors(&self, n: &Numbers, variance: f64) -> Option<[f64; 2]> {
-        let (matrix, _) = self.normal(n);
-        let lines = [Painted::of(n, 0), Painted::of(n, 1)];
-        let mut middle = SMatrix::<f64, NUMBERS, NUMBERS>::zeros();
-        for (p, w) in self.places.iter().zip(&self.weights) {
-            let slope = self.model(n, &lines, p).1;
-            middle += slope * slope.transpose() * (w * w);
-        }
-        let inverse = matrix.try_inverse()?;
-        let covariance = inverse * middle * inverse * variance;
-        Some([PLACE, PLACE + 1].map(|k| covariance[(k, k)].max(0.0).sqrt()))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::gray::Gray;
     use super::*;
     use crate::face::patches::Noise;
 
@@ -531,30 +369,5 @@ mod tests {
         assert_eq!(find(&two, Point2::new(f64::NAN, 30.0), &settings), Err(NoCrossing::OutOfPicture));
         // A crossing out of reach is not drawn near.
         assert!(find(&two, Point2::new(42.0, 43.0), &settings).is_err());
-    }
-
-    /// The model's derivatives against central differences.
-    #[test]
-    fn the_derivatives_are_those_of_the_model() {
-        let picture = painted([30.0, 30.0], [0.1, 1.4], 0.0, 7);
-        let fit = Fit::new(picture.gray(), Point2::new(30.0, 30.0), 8);
-        let n =
-            Numbers::from_column_slice(&[150.0, 0.3, -0.2, 60.0, 0.2, 0.6, 0.8, 0.15, 1.45, 0.01, -0.02, 30.4, 29.8]);
-        let value = |n: &Numbers, p: &Point2<f64>| fit.model(n, &[Painted::of(n, 0), Painted::of(n, 1)], p);
-        for p in [Point2::new(31.0, 30.2), Point2::new(28.3, 33.1), Point2::new(30.4, 29.9)] {
-            let slope = value(&n, &p).1;
-            for k in 0..NUMBERS {
-                let step = 1e-5;
-                let (mut less, mut more) = (n, n);
-                less[k] -= step;
-                more[k] += step;
-                let expected = (value(&more, &p).0 - value(&less, &p).0) / (2.0 * step);
-                assert!(
-                    (slope[k] - expected).abs() < 1e-5 * (1.0 + expected.abs()),
-                    "number {k}: {} for {expected}",
-                    slope[k]
-                );
-            }
-        }
     }
 }

@@ -12,6 +12,7 @@ pub mod consistency;
 pub mod gray;
 pub mod grid;
 pub mod grid_crossing;
+mod lanes;
 pub mod lead;
 pub mod patch;
 pub mod prepared;

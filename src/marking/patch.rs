@@ -11,9 +11,12 @@
 //! expected, as strongly as the pictures' noise demands: where there is little texture, the neighbourhood moves almost as one piece.
 //! Source of the warp: Lu and Cary 2000.
 
-use nalgebra::{Matrix2, Point2, SMatrix, SVector, Vector2};
+mod window;
+
+use nalgebra::{Matrix2, Point2, Vector2};
 
 use super::gray::Spline;
+use window::{Normal, Numbers, WARP, Window};
 
 /// Choices of the match.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,12 +40,6 @@ impl Default for PatchSettings {
         Self { radius_px: 20.0, samples: 10, stretch: 0.08, bend_per_px: 0.004, close_px: 0.02, most_steps: 12 }
     }
 }
-
-/// Numbers of the warp along one axis, and of the whole fit.
-const WARP: usize = 6;
-const NUMBERS: usize = 2 * WARP + 4;
-type Numbers = SVector<f64, NUMBERS>;
-type Normal = SMatrix<f64, NUMBERS, NUMBERS>;
 
 /// A motion of a neighbourhood: the shift of its middle, its stretch ∂u/∂o, and its bends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,6 +80,11 @@ pub enum Lost {
 
 /// Noise of a pixel of the smoothed pictures below which nothing is held more weakly, grey levels.
 const LEAST_NOISE: f64 = 0.5;
+/// Area over which a smoothed picture's pixels share their noise, px²: 4π times the variance of the smoothing, less what the slopes,
+/// which differ over it, take away.
+const NOISE_AREA: f64 = 7.0;
+/// A step longer than this changes the slopes that are compared, px.
+const ANEW_PX: f64 = 0.1;
 /// Slope below which a picture says nothing, grey levels per px (root mean square).
 const LEAST_SLOPE: f64 = 0.25;
 
@@ -116,7 +118,7 @@ pub fn find(
     if !first.holds(&from, 0.7 * radius) || !last.holds(&guess.at, 0.7 * radius) {
         return Err(Lost::OutOfPicture);
     }
-    Window::cut(first, from, radius, settings.samples).search(last, guess, settings)
+    Fit { window: Window::cut(first, from, radius, settings.samples), last, settings }.search(guess)
 }
 
 /// As [`find`], and then once more with a neighbourhood of half the size: where it tells clearly, or contradicts the larger, it is believed.
@@ -145,178 +147,120 @@ const CLEAR_PX: f64 = 0.05;
 /// So many standard errors apart the two contradict each other.
 const CONTRADICTS: f64 = 4.0;
 
-/// A neighbourhood of the first picture. Offsets are in shares of its radius, so that all numbers of a warp are of one size: px.
-struct Window {
-    from: Point2<f64>,
-    radius: f64,
-    points: Vec<Sampled>,
-    /// Sum of the weights.
-    total: f64,
+/// The fit of one neighbourhood.
+struct Fit<'a> {
+    window: Window,
+    last: &'a Spline,
+    settings: &'a PatchSettings,
 }
 
-struct Sampled {
-    offset: Vector2<f64>,
-    weight: f64,
-    value: f64,
-    slope: [f64; 2],
-}
-
-impl Window {
-    fn cut(first: &Spline, from: Point2<f64>, radius: f64, samples: usize) -> Self {
-        let samples = samples.clamp(3, 32).cast_signed();
-        let mut points = Vec::with_capacity((4 * samples * samples).cast_unsigned());
-        let mut total = 0.0;
-        for j in -samples..=samples {
-            for i in -samples..=samples {
-                let offset = Vector2::new(i as f64, j as f64) / samples as f64;
-                // A disc: the corners of a square are farthest away and bend most.
-                if offset.norm_squared() > 1.0 {
-                    continue;
-                }
-                let s = first.sample(&(from + offset * radius));
-                let weight = (-offset.norm_squared() / (2.0 * 0.5 * 0.5)).exp();
-                total += weight;
-                points.push(Sampled { offset, weight, value: s.value, slope: s.slope });
-            }
-        }
-        let mean = points.iter().map(|p| p.weight * p.value).sum::<f64>() / total;
-        for p in &mut points {
-            p.value -= mean;
-        }
-        Self { from, radius, points, total }
-    }
-
-    fn search(&self, last: &Spline, guess: &Guess, settings: &PatchSettings) -> Result<Match, Lost> {
-        let stretch = (guess.warp - Matrix2::identity()) * self.radius;
-        let shift = guess.at - self.from;
+impl Fit<'_> {
+    fn search(&self, guess: &Guess) -> Result<Match, Lost> {
+        let Window { from, radius, .. } = self.window;
+        let total = f64::from(self.window.total);
+        let stretch = (guess.warp - Matrix2::identity()) * radius;
+        let shift = guess.at - from;
         let mut n = Numbers::zeros();
         for (axis, k) in [(0, 0), (1, WARP)] {
             n[k] = shift[axis];
             n[k + 1] = stretch[(axis, 0)];
             n[k + 2] = stretch[(axis, 1)];
             for (i, bend) in guess.bend[axis].iter().enumerate() {
-                n[k + 3 + i] = bend * self.radius * self.radius;
+                n[k + 3 + i] = bend * radius * radius;
             }
         }
         n[2 * WARP] = 1.0;
         let expected = n;
-        let far = 1.2 * self.radius;
+        let far = 1.2 * radius;
+        let most = self.settings.most_steps.max(1);
         let mut last_step = f64::INFINITY;
-        for steps in 1..=settings.most_steps.max(1) {
-            let (matrix, gradient, left) = self.normal(last, &n);
+        let mut squares = f64::INFINITY;
+        let mut matrix = Normal::zeros();
+        for steps in 1..=most {
+            // The slopes hardly change once the steps are short: their products are summed anew while they are long.
+            let sums = if last_step > ANEW_PX { Some(self.window.sums(self.last, &n)) } else { None };
+            let pull = match sums {
+                Some(sums) => {
+                    matrix = sums.matrix;
+                    sums.pull
+                }
+                None => self.window.pull(self.last, &n),
+            };
+            // The first step alone takes away what the pictures differ by in all; until then it is no noise.
+            let offset = pull.gradient[2 * WARP + 1] / total;
+            squares = (pull.squares - total * offset * offset).max(0.0);
             // The variance of what is left decides how much what is held weighs; one step later it is known better.
-            let noise = (left / self.total).sqrt().max(LEAST_NOISE);
+            let noise = (squares / total).sqrt().max(LEAST_NOISE) * self.shared();
             let mut held = matrix;
-            let mut pull = gradient;
-            for (k, sd) in self.held(settings) {
+            let mut gradient = pull.gradient;
+            for (k, sd) in self.held() {
                 let strength = (noise / sd).powi(2);
                 held[(k, k)] += strength;
-                pull[k] += strength * (n[k] - expected[k]);
+                gradient[k] += strength * (n[k] - expected[k]);
             }
             let Some(factor) = held.cholesky() else { return Err(Lost::TooEven) };
-            let step = factor.solve(&pull);
+            let step = factor.solve(&gradient);
             n -= step;
             let moved = Vector2::new(step[0], step[WARP]).norm();
             let shape = (1..3).map(|k| step[k].abs() + step[WARP + k].abs()).sum::<f64>();
             let away = Vector2::new(n[0], n[WARP]) - shift;
-            let sane = away.norm() < far && n[2 * WARP] > 0.1;
+            let sane = away.norm() < far && n[2 * WARP] > 0.1 && n.iter().all(|v| v.is_finite());
             if !sane {
                 return Err(Lost::Unsettled);
             }
             last_step = moved + 0.25 * shape;
-            if last_step < settings.close_px {
-                return self.judged(last, &n, settings, steps);
+            if steps > 1 && last_step < self.settings.close_px {
+                return self.judged(&matrix, squares, &n, steps);
             }
         }
         // One that still creeps is as good as it is doubtful: its last step adds to its error.
-        if last_step > 20.0 * settings.close_px {
+        if last_step > 20.0 * self.settings.close_px {
             return Err(Lost::Unsettled);
         }
-        let mut found = self.judged(last, &n, settings, settings.most_steps)?;
+        let mut found = self.judged(&matrix, squares, &n, most)?;
         found.sigma_px = found.sigma_px.map(|s| s.hypot(2.0 * last_step));
         Ok(found)
     }
 
+    /// By how much places that are compared nearer to each other than the noise reaches say less than they would apart.
+    fn shared(&self) -> f64 {
+        let step = self.window.radius / f64::from(self.window.samples);
+        (NOISE_AREA / (step * step)).max(1.0).sqrt()
+    }
+
     /// Standard deviations of what is held: number, px.
-    fn held(&self, settings: &PatchSettings) -> [(usize, f64); 2 * (WARP - 1)] {
-        let r = self.radius;
+    fn held(&self) -> [(usize, f64); 2 * (WARP - 1)] {
+        let r = self.window.radius;
         std::array::from_fn(|i| {
             let (axis, k) = (i / (WARP - 1), 1 + i % (WARP - 1));
-            (axis * WARP + k, if k < 3 { settings.stretch * r } else { settings.bend_per_px * r * r })
+            (axis * WARP + k, if k < 3 { self.settings.stretch * r } else { self.settings.bend_per_px * r * r })
         })
     }
 
-    /// JᵀWJ, JᵀW(what is left), and the weighted sum of squares.
-    fn normal(&self, last: &Spline, n: &Numbers) -> (Normal, Numbers, f64) {
-        // The disc holds far fewer than a thousand points: sums of rows are kept in arrays, the lower triangle only.
-        let mut sums = [[0.0; NUMBERS]; NUMBERS];
-        let mut pull = [0.0; NUMBERS];
-        let mut squares = 0.0;
-        for p in &self.points {
-            let (phi, at) = self.place(n, &p.offset);
-            let s = last.sample(&at);
-            let left = s.value
-                - n[2 * WARP] * p.value
-                - n[2 * WARP + 1]
-                - n[2 * WARP + 2] * p.offset.x
-                - n[2 * WARP + 3] * p.offset.y;
-            let gx = 0.5 * (s.slope[0] + n[2 * WARP] * p.slope[0]);
-            let gy = 0.5 * (s.slope[1] + n[2 * WARP] * p.slope[1]);
-            let mut row = [0.0; NUMBERS];
-            for k in 0..WARP {
-                row[k] = gx * phi[k];
-                row[WARP + k] = gy * phi[k];
-            }
-            row[2 * WARP] = -p.value;
-            row[2 * WARP + 1] = -1.0;
-            row[2 * WARP + 2] = -p.offset.x;
-            row[2 * WARP + 3] = -p.offset.y;
-            for a in 0..NUMBERS {
-                let weighted = p.weight * row[a];
-                pull[a] += weighted * left;
-                for b in 0..=a {
-                    sums[a][b] += weighted * row[b];
-                }
-            }
-            squares += p.weight * left * left;
-        }
-        let matrix = Normal::from_fn(|a, b| if a >= b { sums[a][b] } else { sums[b][a] });
-        (matrix, Numbers::from_column_slice(&pull), squares)
-    }
-
-    /// The polynomials at an offset, and where the warp puts it.
-    fn place(&self, n: &Numbers, o: &Vector2<f64>) -> ([f64; WARP], Point2<f64>) {
-        let phi = [1.0, o.x, o.y, 0.5 * o.x * o.x, o.x * o.y, 0.5 * o.y * o.y];
-        let (mut x, mut y) = (self.from.x + o.x * self.radius, self.from.y + o.y * self.radius);
-        for k in 0..WARP {
-            x += n[k] * phi[k];
-            y += n[WARP + k] * phi[k];
-        }
-        (phi, Point2::new(x, y))
-    }
-
-    fn judged(&self, last: &Spline, n: &Numbers, settings: &PatchSettings, steps: usize) -> Result<Match, Lost> {
-        let (matrix, _, squares) = self.normal(last, n);
-        let variance = squares / self.total;
-        let noise = variance.max(LEAST_NOISE * LEAST_NOISE);
-        let slope = matrix[(0, 0)].min(matrix[(WARP, WARP)]) / self.total;
+    /// The match, from the sums of the last step.
+    fn judged(&self, matrix: &Normal, squares: f64, n: &Numbers, steps: usize) -> Result<Match, Lost> {
+        let window = &self.window;
+        let total = f64::from(window.total);
+        let variance = squares / total;
+        let noise = variance.max(LEAST_NOISE * LEAST_NOISE) * self.shared().powi(2);
+        let slope = matrix[(0, 0)].min(matrix[(WARP, WARP)]) / total;
         if slope.is_nan() || slope <= LEAST_SLOPE * LEAST_SLOPE {
             return Err(Lost::TooEven);
         }
-        let mut held = matrix;
-        for (k, sd) in self.held(settings) {
+        let mut held = *matrix;
+        for (k, sd) in self.held() {
             held[(k, k)] += noise / (sd * sd);
         }
         let inverse = held.try_inverse().ok_or(Lost::TooEven)?;
         // The weights are below one: fewer pixels count than are compared, which the inverse of their sum says already.
         let sigma_px = [0, WARP].map(|k| (inverse[(k, k)] * noise).max(0.0).sqrt());
         // How much of the first picture's contrast is met, beside what the light's slope takes.
-        let contrast = self.points.iter().map(|p| p.weight * p.value * p.value).sum::<f64>() * n[2 * WARP].powi(2);
+        let contrast = window.contrast * n[2 * WARP].powi(2);
         let correlation = (contrast / (contrast + squares)).sqrt();
-        let r = self.radius;
+        let r = window.radius;
         let axis = |k: usize| [n[k + 3], n[k + 4], n[k + 5]].map(|b| b / (r * r));
         Ok(Match {
-            at: self.from + Vector2::new(n[0], n[WARP]),
+            at: window.from + Vector2::new(n[0], n[WARP]),
             warp: Matrix2::identity() + Matrix2::new(n[1], n[2], n[WARP + 1], n[WARP + 2]) / r,
             bend: [axis(0), axis(WARP)],
             correlation,

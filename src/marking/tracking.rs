@@ -119,6 +119,17 @@ const SCOUT_STRAY: [f64; 2] = [0.8, 2.5];
 const KNOWN_SIGMA_PX: f64 = 0.1;
 /// A point this near to a crossing in the first picture is carried by it, mm.
 const ON_CROSSING_MM: f64 = 0.4;
+/// Half the side of a neighbourhood, px: least and most.
+const RADIUS_PX: [f64; 2] = [8.0, 80.0];
+/// Distance of the places compared in it, px: nearer ones share their noise.
+const COMPARED_PX: f64 = 1.6;
+/// How far stretch and bend may be from those of the points about one that were found, standard deviation.
+const LED_STRETCH: f64 = 0.03;
+const LED_BEND_PER_PX: f64 = 0.0015;
+/// So many smaller neighbourhoods are asked, each this share of the one before; so many standard errors apart one contradicts it.
+const SMALLER: usize = 2;
+const SHRINK: f64 = 0.6;
+const CONTRADICTS: f64 = 3.0;
 /// Fewest crossings found in both pictures that lead.
 const FEWEST_CROSSINGS: usize = 6;
 
@@ -160,17 +171,8 @@ impl<'a> Tracker<'a> {
             leaders.extend(&field);
         }
         let mut answers = self.all(last, &leaders, &field, &grid);
-        // Where the skin was found leads those that were not, once: nearer, and finer than the field.
         leaders.truncate(anchors);
-        leaders.extend(self.found(&answers).into_iter().flatten());
-        let again: Vec<(usize, Result<Match, Lost>)> = (0..self.points.len())
-            .into_par_iter()
-            .filter(|i| matches!(answers[*i], Some(Err(Lost::Unsettled | Lost::Unlike))))
-            .map(|i| (i, self.one(last, &self.points[i].first, Lead::of(&leaders, &self.points[i].first, None), None)))
-            .collect();
-        for (i, result) in again {
-            answers[i] = Some(result);
-        }
+        self.settle(last, &leaders, &mut answers, &grid);
         self.judged(answers, &known, grid)
     }
 
@@ -191,9 +193,9 @@ impl<'a> Tracker<'a> {
             let small = |p: &Point2<f64>| p.map(|c| (c - 0.5) / scale + 0.5);
             let settings = PatchSettings {
                 radius_px: SCOUT_PX[level],
-                samples: 7,
-                stretch: 0.1,
-                bend_per_px: 0.002 * scale,
+                samples: 9,
+                stretch: 0.3,
+                bend_per_px: 0.008 * scale,
                 close_px: 0.03,
                 most_steps: 12,
             };
@@ -241,17 +243,77 @@ impl<'a> Tracker<'a> {
         if let Some(c) = on {
             guess.at = c.last.at + guess.warp * (at - c.first.at);
         }
-        let radius_px = (mm * s.px_per_mm).clamp(8.0, 80.0);
-        let found = patch::find(
-            self.first.spline(),
-            last.spline(),
-            *at,
-            &guess,
-            &PatchSettings { radius_px, samples: 11, ..PatchSettings::default() },
-        )?;
+        let found = self.patch(last, at, &guess, &settings_of(self.radius_px(mm)))?;
+        self.believable(found, &guess)
+    }
+
+    fn radius_px(&self, mm: f64) -> f64 {
+        limited(mm * self.settings.px_per_mm)
+    }
+
+    fn patch(&self, last: &Prepared, at: &Point2<f64>, guess: &Guess, settings: &PatchSettings) -> Result<Match, Lost> {
+        patch::find(self.first.spline(), last.spline(), *at, guess, settings)
+    }
+
+    /// What looks like the skin that was sought, not far from where it was sought.
+    fn believable(&self, found: Match, guess: &Guess) -> Result<Match, Lost> {
+        let s = &self.settings;
         let stray = (found.at - guess.at).norm();
-        if found.correlation < s.least_correlation || stray > (s.stray_mm * s.px_per_mm).max(3.0) {
-            return Err(Lost::Unlike);
+        let near = stray <= (s.stray_mm * s.px_per_mm).max(3.0);
+        if near && found.correlation >= s.least_correlation { Ok(found) } else { Err(Lost::Unlike) }
+    }
+
+    /// Looks for every point once more, from where those found about it lead: nearer and finer than the field, so that stretch and bend are
+    /// held to theirs, and noise has less to say. Where a smaller neighbourhood contradicts the larger, skin bends more than it can follow,
+    /// and the smaller is believed.
+    fn settle(&self, last: &Prepared, anchors: &[Leader], answers: &mut [Answer], grid: &[Carried]) {
+        let mut leaders = anchors.to_vec();
+        let found = self.found(answers);
+        let own: Vec<Option<usize>> = found
+            .into_iter()
+            .map(|leader| {
+                leaders.extend(leader);
+                leader.map(|_| leaders.len() - 1)
+            })
+            .collect();
+        let again: Vec<Answer> = (0..answers.len())
+            .into_par_iter()
+            .map(|i| {
+                if !matches!(answers[i], Some(Ok(_) | Err(Lost::Unsettled | Lost::Unlike))) {
+                    return None;
+                }
+                let at = &self.points[i].first;
+                let lead = Lead::of(&leaders, at, own[i]);
+                if let Some(on) = self.crossing_at(at, grid) {
+                    return Some(self.one(last, at, lead, Some(on)));
+                }
+                let guess = lead.map_or(Guess::at(*at), |l| l.guess);
+                Some(self.smallest_that_contradicts(last, at, &guess))
+            })
+            .collect();
+        for (answer, again) in answers.iter_mut().zip(again) {
+            if matches!(answer, Some(Err(_))) || matches!(again, Some(Ok(_))) {
+                *answer = again.or(*answer);
+            }
+        }
+    }
+
+    /// The neighbourhood of the usual size, or a smaller one where that says something else for certain.
+    fn smallest_that_contradicts(&self, last: &Prepared, at: &Point2<f64>, guess: &Guess) -> Result<Match, Lost> {
+        let mut radius_px = self.radius_px(self.settings.radius_mm);
+        let held = PatchSettings { stretch: LED_STRETCH, bend_per_px: LED_BEND_PER_PX, ..settings_of(radius_px) };
+        let mut found = self.patch(last, at, guess, &held).and_then(|m| self.believable(m, guess))?;
+        for _ in 0..SMALLER {
+            radius_px = limited(radius_px * SHRINK);
+            let from = Guess { at: found.at, warp: found.warp, bend: found.bend };
+            let small = self.patch(last, at, &from, &settings_of(radius_px)).and_then(|m| self.believable(m, guess));
+            let Ok(small) = small else { break };
+            let apart = small.at - found.at;
+            let in_errors = (apart.x / small.sigma_px[0]).hypot(apart.y / small.sigma_px[1]);
+            if in_errors < CONTRADICTS {
+                break;
+            }
+            found = small;
         }
         Ok(found)
     }
@@ -302,6 +364,16 @@ impl<'a> Tracker<'a> {
         let points = answers.into_par_iter().enumerate().map(judge).collect();
         Tracks { points, grid, leaders }
     }
+}
+
+fn limited(radius_px: f64) -> f64 {
+    radius_px.clamp(RADIUS_PX[0], RADIUS_PX[1])
+}
+
+/// Choices for a neighbourhood of a size.
+fn settings_of(radius_px: f64) -> PatchSettings {
+    let samples = (radius_px / COMPARED_PX).ceil() as usize;
+    PatchSettings { radius_px, samples, ..PatchSettings::default() }
 }
 
 /// Cells of the grid are no larger, mm: how far crossings lead.

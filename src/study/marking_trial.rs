@@ -243,6 +243,9 @@ fn numbered(tracks: &tracking::Tracks, crossings: &[TrueCrossing]) -> Option<[i3
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::doubt::gap::STANDS_OUT;
+    use crate::face::patches::Noise;
+    use crate::marking::consistency::{Consistency, Expected, Placed};
 
     /// One seed: what the study prints of a hundred is computed as it says.
     #[test]
@@ -304,6 +307,51 @@ mod tests {
         let n = through.len();
         assert!(motion > 30.0, "{motion}");
         assert!(through[n / 2] < 0.7 && through[9 * n / 10] < 2.0, "{through:?}");
-        assert!(direct[9 * n / 10] > 5.0, "without the frames between a tenth is lost: {direct:?}");
+        let worst = 19 * n / 20;
+        assert!(
+            direct[worst] > 5.0 && through[worst] < 5.0,
+            "without the frames between a twentieth is lost: {direct:?} {through:?}"
+        );
+    }
+
+    /// Brows raised by 0.4 to 1.2 of the full raise, marked with errors of 0.1 to 1 px: how many true marks lie beyond what is stated, and how
+    /// many are found that were moved by five standard deviations and at least 3 px.
+    #[test]
+    fn true_marks_rarely_stand_out_and_moved_ones_mostly_do() {
+        let generic = crate::face::generic();
+        let asked: Vec<u32> = ["forehead_and_brows", "still"].iter().flat_map(|r| generic.region(r)).copied().collect();
+        assert!(asked.len() > 100, "{}", asked.len());
+        for (sigma_px, least_found) in [(0.1, 0.8), (0.3, 0.8), (1.0, 0.5)] {
+            let (mut marks_tried, mut stand_out, mut found) = (0.0, 0.0, 0.0);
+            for (k, amplitude) in [0.4, 0.6, 0.8, 1.0, 1.2].into_iter().enumerate() {
+                let seed = k as u64 + 1;
+                let twin =
+                    Twin::generate(&generic, &TwinSettings { seed, amplitude, ..TwinSettings::default() }).unwrap();
+                let mut noise = Noise(seed);
+                let mut erring = |v: u32| {
+                    let at = twin.last_in_image[v as usize];
+                    (v, Placed { at: at + Vector2::new(noise.normal(), noise.normal()) * sigma_px, sigma_px })
+                };
+                let marks: BTreeMap<u32, Placed> = asked.iter().map(|v| erring(*v)).collect();
+                let first = &twin.first_in_image;
+                let px = twin.camera.px_per_mm;
+                let whole = Consistency::of(generic.mesh(), first, &marks, px);
+                let limit = |e: &Expected| STANDS_OUT * e.sigma_px;
+                for (v, e) in whole.all() {
+                    marks_tried += 1.0;
+                    let slip = Vector2::new(noise.normal(), noise.normal()).normalize() * (5.0 * sigma_px).max(3.0);
+                    // What is stated does not depend on the mark itself, but for the median of all.
+                    stand_out += f64::from(u8::from((marks[&v].at - e.at).norm() > limit(&e)));
+                    found += f64::from(u8::from((marks[&v].at + slip - e.at).norm() > limit(&e)));
+                }
+            }
+            let (stand_out, found) = (stand_out / marks_tried, found / marks_tried);
+            println!(
+                "{sigma_px} px, {marks_tried} marks: {:.2} % true stand out, {:.1} % moved found",
+                100.0 * stand_out,
+                100.0 * found
+            );
+            assert!(stand_out < 0.01 && found > least_found, "{sigma_px} px: {stand_out} {found}");
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! One press of the hand, sharpened: to the crossing of painted lines under it, or to where the skin of the first frame is found again.
 //!
-//! Both pictures are prepared once a frame ([`Prepared::of`]: 10 ms and 10 bytes a pixel for 1036 × 1036); a call then takes one or two
+//! Both pictures are prepared once a frame ([`Prepared::of`]: 5 ms and 14 bytes a pixel for 1036 × 1036); a call then takes one or two
 //! milliseconds. A call changes nothing; its answer is a proposal with a standard error.
 
 use nalgebra::{Matrix2, Point2, Vector2};

@@ -2,8 +2,10 @@
 
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
+use frontalis::camera::Scale;
 use frontalis::frames::Frame;
 use frontalis::gui::Command;
+use frontalis::gui::panels::frames::Tool;
 use frontalis::marking::Gray;
 use frontalis::marking::tracking::Prepared;
 use frontalis::project::{Edit, PointId, Project, Role, Which, edit, sample};
@@ -195,4 +197,36 @@ fn refine_finds_the_skin_again_in_one_step_and_says_how_far() {
     key(&mut window, Key::E);
     assert_eq!(mark(&window, &id), Some(Point2::new(30.0, 30.0)));
     window.get_by_label_contains("stays where it is");
+}
+
+/// The pitch of the grid is measured between two crossings, so both presses snap; two places of known distance are anywhere, and do not.
+#[test]
+fn the_two_places_of_the_pitch_snap_and_those_of_a_distance_do_not() {
+    let (v, a) = vertex_and_crossing();
+    let (first, outcome) = (prepared(Which::First), window(v).state().outcome().clone());
+    // The next upright line: 8 mm to the right.
+    let cell = 8.0 * outcome.camera.px_per_mm;
+    let b = suggest::snap(&first, &outcome, a + nalgebra::Vector2::new(cell, 0.0)).unwrap().at;
+    assert!(((b - a).norm() / cell - 1.0).abs() < 0.1, "{a:?} {b:?}");
+    let beside = [[a.x + 1.6, a.y - 1.2], [b.x - 1.3, b.y + 1.4]];
+    for grid in [true, false] {
+        let mut window = window(v);
+        window.state_mut().view_mut().frames.tool = Tool::ScalePoints { grid, first: None };
+        window.run_steps(2);
+        for place in beside {
+            let press = on_screen(&window, Which::First, place);
+            drag(&mut window, &[press, press]);
+        }
+        match window.state().project().scale {
+            Scale::GridPitch { a_px, b_px, cells, .. } if grid => {
+                let [at_a, at_b] = [a_px, b_px].map(Point2::from);
+                assert!(near(at_a, a, 0.05) && near(at_b, b, 0.05) && cells == 1.0, "{at_a:?} {a:?} {at_b:?} {b:?}");
+            }
+            Scale::TwoPoints { a_px, b_px, .. } if !grid => {
+                let [at_a, at_b] = [a_px, b_px].map(Point2::from);
+                assert!(near(at_a, beside[0].into(), 0.2) && near(at_b, beside[1].into(), 0.2), "{at_a:?} {at_b:?}");
+            }
+            other => panic!("{other:?}"),
+        }
+    }
 }

@@ -9,7 +9,7 @@ const SIDES: [f64; 2] = [1080.0, 620.0];
 /// Left, top, right and bottom of the frame.
 const FRAME: [f64; 4] = [76.0, 74.0, 710.0, 548.0];
 /// Powers of ten that the axes span: time, µs, and error, px.
-const TIME: [f64; 2] = [2.0, 4.0];
+const TIME: [f64; 2] = [1.0, 4.0];
 const ERROR: [f64; 2] = [-2.0, 1.0];
 const WITH_GRID: &str = "#35478c";
 const BARE: &str = "#b4552d";

@@ -231,7 +231,7 @@ fn standing_out(
     view: &mut FramesView,
     commands: &mut Vec<Command>,
 ) {
-    let hint = "Marks that lie farther from where their neighbours lead than their own error and that of the neighbours explain. Look again: skin that bends sharply does so as well.";
+    let hint = "Marks that lie farther from where their neighbours lead than their own error, that of the neighbours and the bending of the skin about them explain. Look again.";
     heading(ui, "Marks that stand out", hint);
     let list: Vec<&Gap> = view.doubt.gaps(scene, chosen).iter().filter(|g| g.stands_out()).collect();
     if list.is_empty() {
