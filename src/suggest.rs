@@ -8,6 +8,8 @@ use nalgebra::Point2;
 
 use crate::face::FaceModel;
 use crate::marking::gray::Gray;
+use crate::marking::grid::Carried;
+use crate::marking::lead::Leader;
 use crate::marking::tracking::{self, Method, Point, Prepared, TrackSettings, Tracker};
 use crate::pipeline::Outcome;
 use crate::project::{MarkState, Project};
@@ -26,6 +28,28 @@ pub struct Suggestion {
     pub method: Source,
     /// Row and column of the crossing of the painted grid that the vertex lies on, counted from the top and from the left.
     pub crossing: Option<[u32; 2]>,
+}
+
+/// A crossing of the painted grid that was found in both frames: it keeps its row and column from the first to the last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GridCrossing {
+    /// Counted from the top, from 0.
+    pub row: u32,
+    /// Counted from the left, from 0.
+    pub column: u32,
+    /// In the first frame, px.
+    pub first: Point2<f64>,
+    /// In the last frame, px.
+    pub last: Point2<f64>,
+}
+
+/// What a search has found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Found {
+    /// For the points without a mark.
+    pub suggestions: Vec<Suggestion>,
+    /// The crossings of the painted grid; none on bare skin.
+    pub crossings: Vec<GridCrossing>,
 }
 
 /// How a suggestion was found.
@@ -97,6 +121,42 @@ pub fn suggestions_through(
     between: impl Iterator<Item = Prepared>,
     last: &Prepared,
 ) -> Vec<Suggestion> {
+    let followed = follow(face, outcome, first, between);
+    found_after(project, face, outcome, first, &followed, last).suggestions
+}
+
+/// The motion of the skin from the first frame to the last one before the last, as far as it was followed.
+#[derive(Clone, Debug, Default)]
+pub struct Followed(Vec<Leader>);
+
+/// Follows the motion through the frames between the first and the last; marks have no part in it, so that it holds while the last frame is
+/// being marked.
+pub fn follow(
+    face: &FaceModel,
+    outcome: &Outcome,
+    first: &Prepared,
+    between: impl Iterator<Item = Prepared>,
+) -> Followed {
+    let asked = asked(face, outcome, first.size());
+    let points: Vec<Point> =
+        asked.iter().map(|&v| Point { first: outcome.first_in_image[v as usize], known: None }).collect();
+    let settings = TrackSettings { grid: false, ..settings_for(outcome) };
+    let mut tracker = Tracker::new(first, &points, settings);
+    for frame in between {
+        tracker.advance(&frame);
+    }
+    Followed(tracker.into_field())
+}
+
+/// Suggestions as of [`suggestions_in`], where the motion was followed before (an empty one is no help and no harm), and the crossings that led.
+pub fn found_after(
+    project: &Project,
+    face: &FaceModel,
+    outcome: &Outcome,
+    first: &Prepared,
+    followed: &Followed,
+    last: &Prepared,
+) -> Found {
     let asked = asked(face, outcome, first.size());
     let mark = |v: u32| project.features.get(&v).and_then(|f| f.last);
     let usable = |state: MarkState| state != MarkState::Occluded;
@@ -107,13 +167,16 @@ pub fn suggestions_through(
             known: mark(v).filter(|m| usable(m.state)).map(|m| Point2::from(m.at_px)),
         })
         .collect();
-    let settings = TrackSettings { px_per_mm: outcome.camera.px_per_mm, ..TrackSettings::default() };
-    let mut tracker = Tracker::new(first, &points, settings);
-    for frame in between {
-        tracker.advance(&frame);
-    }
+    let tracker = Tracker::new(first, &points, settings_for(outcome)).after(followed.0.clone());
     let tracks = tracker.find(last);
-    asked
+    let crossing = |c: &Carried| GridCrossing {
+        row: c.row.unsigned_abs(),
+        column: c.column.unsigned_abs(),
+        first: c.first.at,
+        last: c.last.at,
+    };
+    let crossings = tracks.grid.iter().map(crossing).collect();
+    let suggestions = asked
         .iter()
         .zip(&points)
         .zip(&tracks.points)
@@ -132,7 +195,12 @@ pub fn suggestions_through(
             let confidence = 1.0 - (-1.0 / (2.0 * sigma * sigma)).exp();
             Some(Suggestion { vertex, at, confidence, method: Source::Neighbours, crossing: None })
         })
-        .collect()
+        .collect();
+    Found { suggestions, crossings }
+}
+
+fn settings_for(outcome: &Outcome) -> TrackSettings {
+    TrackSettings { px_per_mm: outcome.camera.px_per_mm, ..TrackSettings::default() }
 }
 
 /// The vertices that face the camera, inside the picture.

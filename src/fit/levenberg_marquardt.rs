@@ -295,7 +295,8 @@ mod tests {
         let mut u = [-1.2, 1.0];
         let settings = LevenbergMarquardtSettings::default();
         let end = minimise(&mut Rosenbrock { at: [0.0; 2] }, &mut u, &FREE, &settings, &mut Room::default());
-        assert!((u[0] - 1.0).abs() < 1e-9 && (u[1] - 1.0).abs() < 1e-9, "{u:?}");
+        // The valley is flat: a cost of 1e-16 is reached 1e-8 from its lowest point.
+        assert!((u[0] - 1.0).abs() < 1e-7 && (u[1] - 1.0).abs() < 1e-7, "{u:?}");
         assert!(end.stop.converged() && end.evaluations < 60, "{end:?}");
     }
 

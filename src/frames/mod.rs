@@ -1,6 +1,7 @@
 //! Frames: what a camera saw, read from files into plain 8-bit pixels.
 
 pub mod adjust;
+pub mod between;
 pub mod film;
 pub mod frame;
 pub mod motion;
@@ -8,6 +9,7 @@ pub mod sequence;
 pub mod strip;
 
 pub use adjust::Adjustment;
+pub use between::{Between, Way};
 pub use film::{Film, FilmError};
 pub use frame::{Frame, FrameError};
 pub use sequence::{FrameSequence, SequenceError};

@@ -188,6 +188,11 @@ impl App {
         self.document.history.project()
     }
 
+    /// The work under way.
+    pub fn jobs(&self) -> &Jobs {
+        &self.jobs
+    }
+
     /// What the chain makes of it.
     pub fn outcome(&self) -> &Outcome {
         &self.outcome

@@ -219,6 +219,7 @@ impl App {
             None
         };
         let name = format!("Looking through {}", file_name(&path));
+        self.suggesting.know_film(&path);
         let looking = Looking(Arc::new(Shared {
             path,
             sequence,

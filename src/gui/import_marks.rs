@@ -10,6 +10,7 @@ use super::pictures::file_name;
 use super::view_state::NoticeKind;
 use super::{Action, Command};
 use crate::import::{self, Import};
+use crate::suggest::Suggestion;
 
 /// Marks that were read, until the person has said what becomes of them.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,7 +49,10 @@ impl App {
             self.commands.push(Command::Edits(edits));
             format!("{count} points of {} are marks now. Undo takes all of them back.", read.name)
         } else {
-            let count = self.suggesting.import(read.import.points.iter().filter_map(import::Imported::suggestion));
+            self.suggesting.import(read.import.points.iter().filter_map(import::Imported::suggestion));
+            // Of a point that has its mark nothing is suggested.
+            let open = |s: &Suggestion| self.project().features.get(&s.vertex).is_none_or(|f| f.last.is_none());
+            let count = read.import.points.iter().filter_map(import::Imported::suggestion).filter(open).count();
             let key = |action| self.keys.text(action).unwrap_or_else(|| action.label().to_owned());
             let (one, all) = (key(Action::Accept), key(Action::AcceptSure));
             format!("{count} points of {} are suggested now. {one} accepts one, {all} all that are sure.", read.name)

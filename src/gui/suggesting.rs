@@ -2,20 +2,26 @@
 //! has marked the point or accepted them. Never data.
 
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use image::RgbImage;
 use nalgebra::Point2;
 
 use super::app::App;
-use super::jobs::{About, Finished};
+use super::jobs::{About, Finished, Progress};
 use super::panels::frames::{Tool, points};
-use super::pictures::Source;
+use super::pictures::{Source, file_name};
+use crate::face::FaceModel;
+use crate::frames::Way;
 use crate::marking::Gray;
 use crate::marking::tracking::Prepared;
+use crate::pipeline::Outcome;
 use crate::project::edit::Accepted;
 use crate::project::{Edit, MarkState, PointId, Role, Which};
 use crate::suggest::still::{self, StillProposal};
-use crate::suggest::{self, Suggestion};
+use crate::suggest::{self, Followed, Found, GridCrossing, Suggestion};
 
 /// So long nothing may change before places are asked for anew, s: a hand that marks quickly is not interrupted.
 const PAUSE_S: f64 = 0.25;
@@ -56,6 +62,10 @@ pub struct Suggested {
     imported: BTreeMap<u32, Suggestion>,
     /// What is to be said of them.
     pub status: Status,
+    /// Crossings of the painted grid that were found in both frames.
+    crossings: Vec<GridCrossing>,
+    /// Whether the motion was followed through a film.
+    pub through: Through,
     /// Which of the suggestions for still points move as one head.
     pub still: StillProposal,
     /// The frames that are shown, prepared for finding points in them.
@@ -78,10 +88,32 @@ pub enum Status {
     Failed(String),
 }
 
+/// Whether the motion was followed through the frames between the first and the last: one line to show.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Through {
+    /// From the first frame to the last at once.
+    #[default]
+    Directly,
+    /// Through so many frames of a film.
+    Frames(usize, String),
+    /// At once, because the film is not found or cannot be used: why.
+    Not(String),
+}
+
 impl Suggested {
     /// A frame prepared for finding points in it, once it is.
     pub fn prepared(&self, which: Which) -> Option<&Arc<Prepared>> {
         self.prepared[which as usize].as_ref()
+    }
+
+    /// The crossing of the painted grid within `reach_px` of a place in a frame, the nearest.
+    pub fn crossing_at(&self, which: Which, at: [f64; 2], reach_px: f64) -> Option<&GridCrossing> {
+        let away = |c: &GridCrossing| {
+            let place = if which == Which::First { c.first } else { c.last };
+            (place - Point2::from(at)).norm()
+        };
+        let near = self.crossings.iter().map(|c| (away(c), c)).filter(|(d, _)| *d <= reach_px);
+        near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, c)| c)
     }
 
     /// The suggestion for a vertex that lies here in the first frame.
@@ -117,11 +149,33 @@ struct Question {
     known: Vec<(u32, [f64; 2], MarkState)>,
 }
 
+/// What the way between the frames depends on: their hashes, and where the vertices lie in the first.
+#[derive(Clone, Debug, PartialEq)]
+struct Ends {
+    pictures: [String; 2],
+    first: Vec<Point2<f64>>,
+}
+
+impl Ends {
+    fn of(question: &Question) -> Self {
+        Self { pictures: question.pictures.clone(), first: question.first.clone() }
+    }
+}
+
+/// The motion between the frames, which holds while only marks of the last frame change.
+#[derive(Debug)]
+pub struct Walked {
+    ends: Ends,
+    followed: Followed,
+    through: Through,
+}
+
 /// What a search has brought back.
 #[derive(Debug)]
 pub struct Answer {
     question: Question,
-    found: Vec<Suggestion>,
+    found: Found,
+    walked: Arc<Walked>,
 }
 
 /// Asks for suggestions.
@@ -137,7 +191,11 @@ pub(super) struct Suggesting {
     read_at: Option<u64>,
     changed_at: f64,
     answered: Option<Question>,
-    looking: bool,
+    /// What is being looked for.
+    looking: Option<Ends>,
+    /// Films and folders that were opened in this window: frames may come from them.
+    films: Vec<PathBuf>,
+    walked: Option<Arc<Walked>>,
     /// What the proposal of still points was made of: the outcome, the number of the answer, the least confidence.
     still_of: Option<(u64, u64, u64)>,
     answers: u64,
@@ -167,20 +225,33 @@ impl Suggesting {
 
     /// Takes places that were found. They hold for the skin that was asked for, whatever was marked meanwhile, and for these pictures.
     pub(super) fn take(&mut self, answer: Answer) {
-        self.looking = false;
+        self.looking = None;
         self.answers += 1;
-        let Answer { question, found } = answer;
+        let Answer { question, found, walked } = answer;
+        self.shown.through = walked.through.clone();
+        self.walked = Some(walked);
         if self.now.as_ref().is_none_or(|now| now.pictures != question.pictures) {
             return;
         }
         let first = |v: u32| question.first.get(v as usize).copied();
-        self.shown.places = found.into_iter().filter_map(|s| Some((s.vertex, (s, first(s.vertex)?)))).collect();
+        self.shown.places =
+            found.suggestions.into_iter().filter_map(|s| Some((s.vertex, (s, first(s.vertex)?)))).collect();
+        self.shown.crossings = found.crossings;
         self.answered = Some(question);
     }
 
     /// The search was stopped by the person.
     pub(super) fn stopped(&mut self) {
-        self.looking = false;
+        self.looking = None;
+    }
+
+    /// A film or a folder was opened; what was searched without it is searched anew.
+    pub(super) fn know_film(&mut self, film: &Path) {
+        if !self.films.iter().any(|f| f == film) {
+            self.films.push(film.to_owned());
+            self.walked = None;
+            self.answered = None;
+        }
     }
 
     /// The preparation of this frame was stopped by the person; it is not begun again unless asked for.
@@ -190,10 +261,9 @@ impl Suggesting {
         self.take_prepared(which, Err(Failure { sha256: sha256.to_owned(), why }));
     }
 
-    /// Takes suggestions from a file in the place of those from another one; how many there are.
-    pub(super) fn import(&mut self, read: impl Iterator<Item = Suggestion>) -> usize {
+    /// Takes suggestions from a file in the place of those from another one.
+    pub(super) fn import(&mut self, read: impl Iterator<Item = Suggestion>) {
         self.shown.imported = read.map(|s| (s.vertex, s)).collect();
-        self.shown.imported.len()
     }
 
     /// Another project is open: the points of a file were for the one before.
@@ -235,6 +305,9 @@ impl App {
             let sha256 = picture.as_ref().map_or("", |(_, sha256)| sha256);
             self.suggesting.shown.prepared[which as usize] = self.suggesting.prepared(which, sha256).cloned();
         }
+        if !wanted || missing.is_some() {
+            self.stop_search();
+        }
         match (wanted, missing) {
             (false, _) => return self.suggesting.hush(Status::Off),
             (true, Some(what)) => return self.suggesting.hush(Status::Needs(what)),
@@ -248,6 +321,15 @@ impl App {
         }
         self.ask(&[first.clone(), last.clone()], ctx);
         self.propose_still();
+    }
+
+    /// A search whose answer nobody waits for any more is stopped.
+    fn stop_search(&mut self) {
+        if self.suggesting.looking.take().is_some()
+            && let Some(id) = self.jobs.running().iter().find(|j| j.about == About::Suggestions).map(|j| j.id)
+        {
+            self.jobs.cancel(id);
+        }
     }
 
     /// Says which of the suggestions for still points move as one head, when anything that it follows from has changed.
@@ -330,6 +412,7 @@ impl App {
             s.read_at = Some(stamp);
             if s.now.as_ref().is_none_or(|q| q.pictures != question.pictures) {
                 s.shown.places.clear();
+                s.shown.crossings.clear();
             }
             if s.now.as_ref() != Some(&question) {
                 // The first question is asked at once.
@@ -337,13 +420,20 @@ impl App {
                 s.now = Some(question);
             }
         }
+        let Some(question) = s.now.clone() else { return };
+        let ends = Ends::of(&question);
+        // More marks are no reason to begin anew; other pictures, or another place of the face in the first, are.
+        if s.looking.as_ref().is_some_and(|l| *l != ends) {
+            self.stop_search();
+        }
+        let s = &mut self.suggesting;
         if s.answered == s.now {
             s.shown.status = Status::There;
             return;
         }
         s.shown.status = Status::Looking;
         let wait = s.changed_at + PAUSE_S - time;
-        if s.looking {
+        if s.looking.is_some() {
             return;
         }
         if wait > 0.0 {
@@ -351,13 +441,31 @@ impl App {
             return;
         }
         let [first, last] = [Which::First, Which::Last].map(|w| s.prepared(w, &pictures[w as usize]).cloned());
-        let (Some(first), Some(last), Some(question)) = (first, last, s.now.clone()) else { return };
-        s.looking = true;
+        let (Some(first), Some(last)) = (first, last) else { return };
+        let walked = s.walked.clone().filter(|w| w.ends == ends);
+        s.looking = Some(ends.clone());
+        let sources =
+            [Which::First, Which::Last].map(|w| self.pictures.get(w).source().map(|(source, _)| source.clone()));
+        let way = match (&walked, &sources) {
+            (None, [Some(Source::File(first)), Some(Source::File(last))]) => Way::of([first, last], &s.films),
+            _ => Way::None,
+        };
+        let name = match &way {
+            Way::Through(between) => format!("Following the skin through {}", file_name(&between.film)),
+            _ => "Looking for the points".to_owned(),
+        };
         let (project, face) = (self.document.history.project().clone(), Arc::clone(&self.face));
         let outcome = self.outcome.clone();
-        self.jobs.start(ctx, "Looking for the points", About::Suggestions, move |progress| {
-            let found = suggest::suggestions_in(&project, &face, &outcome, &first, &last);
-            (!progress.is_cancelled()).then_some(Finished::Suggested(Answer { question, found }))
+        self.jobs.start(ctx, name, About::Suggestions, move |progress| {
+            let walked = walked.unwrap_or_else(|| {
+                let source = sources.into_iter().next().flatten();
+                let (followed, through) = walk(&way, source.as_ref(), &face, &outcome, &first, progress);
+                Arc::new(Walked { ends, followed, through })
+            });
+            // The rest takes a moment; a search that nobody waits for ends here.
+            let found = (!progress.is_cancelled())
+                .then(|| suggest::found_after(&project, &face, &outcome, &first, &walked.followed, &last))?;
+            (!progress.is_cancelled()).then_some(Finished::Suggested(Answer { question, found, walked }))
         });
     }
 
@@ -383,6 +491,14 @@ pub fn accepted(suggestion: &Suggestion, still: bool) -> Accepted {
     Accepted { vertex, at_px: [at.x, at.y], state, role: if still { Role::Still } else { Role::Skin } }
 }
 
+/// A mark this near to a crossing is on it, px.
+pub const ON_CROSSING_PX: f64 = 1.0;
+
+/// How a crossing is called: "row 3, column 5".
+pub fn crossing_words(crossing: &GridCrossing) -> String {
+    format!("row {}, column {}", crossing.row, crossing.column)
+}
+
 /// The point whose suggested or predicted place *Accept* takes: the one the guide asks for, or the selected one, or else the
 /// suggestion under the pointer.
 pub(super) fn to_accept(scene: super::Scene<'_>, view: &super::ViewState, asked: Option<PointId>) -> Option<PointId> {
@@ -396,6 +512,54 @@ pub(super) fn to_accept(scene: super::Scene<'_>, view: &super::ViewState, asked:
     view.focus.selected.clone().filter(open).or(pointed)
 }
 
+/// Follows the skin through the frames on the way; long work, which stops at the next frame where nobody waits for it.
+fn walk(
+    way: &Way,
+    source: Option<&Source>,
+    face: &FaceModel,
+    outcome: &Outcome,
+    first: &Prepared,
+    progress: &Progress,
+) -> (Followed, Through) {
+    let (between, source) = match (way, source) {
+        (Way::Through(between), Some(source)) => (between, source),
+        (Way::Missing(film), _) => {
+            let why = format!("{film}, from which the frames come, is not beside them; open it, and it is used");
+            return (Followed::default(), Through::Not(why));
+        }
+        _ => return (Followed::default(), Through::Directly),
+    };
+    let picture = match source.read() {
+        Ok(frame) => frame.image().clone(),
+        Err(why) => return (Followed::default(), Through::Not(why)),
+    };
+    let stop = || progress.is_cancelled();
+    // The film is read while the frame before is looked at: one waits, one is in hand.
+    let (sender, receiver) = std::sync::mpsc::sync_channel(0);
+    let (read, followed, seen) = std::thread::scope(|scope| {
+        let reader = scope.spawn(|| {
+            let sender = sender;
+            between.each(&picture, &stop, &mut |image| match sender.send(image) {
+                Ok(()) => ControlFlow::Continue(()),
+                Err(_) => ControlFlow::Break(()),
+            })
+        });
+        let mut seen = 0;
+        let frames = receiver.into_iter().take_while(|_| !stop()).filter_map(|image: RgbImage| {
+            seen += 1;
+            progress.set(seen as f64 / (between.count() + 1) as f64);
+            Gray::of(&image).map(Prepared::of).filter(|p| p.size() == first.size())
+        });
+        let followed = suggest::follow(face, outcome, first, frames);
+        (reader.join(), followed, seen)
+    });
+    match read {
+        Ok(Ok(())) => (followed, Through::Frames(seen, file_name(&between.film))),
+        Ok(Err(e)) => (Followed::default(), Through::Not(e.to_string())),
+        Err(_) => (Followed::default(), Through::Not(format!("{}: reading it broke off", between.film.display()))),
+    }
+}
+
 fn prepared(source: &Source, sha256: &str) -> Result<Ready, String> {
     let frame = source.read()?;
     if frame.sha256() != sha256 {
@@ -403,7 +567,7 @@ fn prepared(source: &Source, sha256: &str) -> Result<Ready, String> {
     }
     let megapixels = f64::from(frame.width()) * f64::from(frame.height()) * 1e-6;
     if megapixels > MOST_MEGAPIXELS {
-        let name = super::pictures::file_name(source.path());
+        let name = file_name(source.path());
         return Err(format!(
             "{name} has {megapixels:.0} million pixels; points are looked for in pictures of at most {MOST_MEGAPIXELS:.0} million"
         ));

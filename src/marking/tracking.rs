@@ -146,6 +146,17 @@ impl<'a> Tracker<'a> {
         self.field = self.scouted(picture, &[]);
     }
 
+    /// What was followed so far.
+    pub fn into_field(self) -> Vec<Leader> {
+        self.field
+    }
+
+    /// Goes on from where another tracker of the same points had come.
+    #[must_use]
+    pub fn after(self, field: Vec<Leader>) -> Self {
+        Self { field, ..self }
+    }
+
     /// Finds every point in the last picture.
     pub fn find(&self, last: &Prepared) -> Tracks {
         let known: Vec<Leader> = self.points.iter().filter_map(leader_of_mark).collect();

@@ -86,7 +86,7 @@ fn a_mesh_is_bound_by_clicks_on_both_sides_at_once_and_saved() {
 
     // A muscle, and half its width.
     window.get_by_label("Both sides").click();
-    window.get_by_label("Muscles").click();
+    window.get_all_by_label("Muscles").last().unwrap().click();
     window.run_steps(3);
     let muscle = generic.muscles().iter().find(|m| m.id.ends_with("left")).unwrap();
     window.get_by_label(&format!("Attachment of {}, not bound", muscle.id)).click();

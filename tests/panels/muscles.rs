@@ -41,7 +41,7 @@ fn muscles_are_found_and_a_switch_fits_the_laws_to_another_set() {
     let anew = window.state().muscle_work().answer().unwrap().unwrap().clone();
     assert_eq!(anew.set.contains(&fibre), !before);
     assert!(anew.question.muscles.is_some());
-    window.get_by_label("Smallest set").click();
+    window.get_by_label("Back to the smallest set").click();
     window.run_steps(2);
 }
 

@@ -1,5 +1,6 @@
 //! A picture of every panel, in light and in dark.
 
+use egui_kittest::kittest::Queryable;
 use egui_kittest::{SnapshotOptions, SnapshotResults};
 use frontalis::gui::modal::Modal;
 use frontalis::gui::new_frames::NewFrame;
@@ -131,6 +132,15 @@ const VIEWS: &[View] = &[
         let frames = vec![frame(Which::First, "/pictures/neutral.jpg"), frame(Which::Last, "/pictures/surprise.jpg")];
         w.state_mut().view_mut().modal = Some(Modal::OtherFrames(frames));
     }),
+    ("film", [1000.0, 720.0], true, |w| {
+        let film = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/film/brow_raise.mp4");
+        w.state_mut().push(frontalis::gui::Command::Dropped(vec![film.into()], None));
+        settle(w);
+        // Over the handle of the last frame: what is told of the frame there does not cover the handle's name.
+        let strip = w.get_by_label_contains("Strip of 24 frames").rect();
+        w.hover_at(egui::pos2(strip.left() + 0.7 * strip.width(), strip.bottom() - 30.0));
+        w.run_steps(3);
+    }),
     ("unsaved", [760.0, 480.0], true, |w| {
         w.state_mut().view_mut().modal = Some(Modal::Unsaved(frontalis::gui::command::After::New));
     }),
@@ -185,7 +195,7 @@ fn docs_images() {
     assert!(can_draw(), "the pictures of the documents need a graphics driver");
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
     std::fs::create_dir_all(&folder).unwrap();
-    let scenes: [Scene; 7] = [
+    let scenes: [Scene; 8] = [
         ("suggestions-dark", true, |w| {
             unmark_skin(w);
             look_at_forehead(w, 2.2);

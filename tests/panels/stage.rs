@@ -55,23 +55,33 @@ pub(crate) fn camera() -> Camera {
 
 /// Where the camera sees a vertex of the generic face; `raised`: with the brows up.
 pub(crate) fn seen(face: &FaceModel, vertex: u32, raised: bool) -> [f64; 2] {
+    seen_on_the_way(face, vertex, if raised { 1.0 } else { 0.0 })
+}
+
+/// The same on the way from the first frame to the last: `raised` from 0 to 1, and beyond.
+pub(crate) fn seen_on_the_way(face: &FaceModel, vertex: u32, raised: f64) -> [f64; 2] {
     let p = face.mesh().positions()[vertex as usize];
-    let up = if raised { 4.0 * (-((p.y - 30.0) / 22.0).powi(2)).exp() } else { 0.0 };
+    let up = raised * 4.0 * (-((p.y - 30.0) / 22.0).powi(2)).exp();
     let q = camera().image_from_face(&Point3::new(p.x, p.y + up, p.z));
     [q.x, q.y]
 }
 
 /// A frame: the face shaded from the front, with a dark dot on every seventh vertex.
 pub(crate) fn draw(face: &FaceModel, raised: bool) -> RgbImage {
+    draw_on_the_way(face, if raised { 1.0 } else { 0.0 })
+}
+
+/// The same on the way.
+pub(crate) fn draw_on_the_way(face: &FaceModel, raised: f64) -> RgbImage {
     let mut picture = RgbImage::from_fn(SIDE, SIDE, |_, y| Rgb([52, 58, 66 + (y / 16) as u8]));
     let normals = face.mesh().vertex_normals(face.mesh().positions());
     for t in face.mesh().triangles() {
-        let corners = t.map(|v| seen(face, v, raised));
+        let corners = t.map(|v| seen_on_the_way(face, v, raised));
         let light = t.iter().map(|&v| normals[v as usize].z.max(0.0)).sum::<f64>() / 3.0;
         fill(&mut picture, corners, light);
     }
     for v in (0..face.mesh().len() as u32).step_by(7) {
-        let [x, y] = seen(face, v, raised);
+        let [x, y] = seen_on_the_way(face, v, raised);
         for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
             let (px, py) = (x as u32 + dx, y as u32 + dy);
             if px < SIDE && py < SIDE {

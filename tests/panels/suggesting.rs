@@ -251,3 +251,155 @@ fn still_points_are_proposed_and_give_the_motion_of_the_head_and_the_noise_floor
     let top = rows.iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
     assert!(top.1.contains(&format!("Row still point {worst},")), "{} {worst}", top.1);
 }
+
+/// A project whose frames are the first and the last of a film in which the brows rise by `raised` times 4 mm; its landmarks are marked.
+fn from_film(folder: &std::path::Path, raised: f64, frames: usize) -> Project {
+    use frontalis::frames::film::{Film, Origin, still_png};
+    let face = frontalis::face::generic();
+    let path = folder.join("rise.gif");
+    let mut gif = image::codecs::gif::GifEncoder::new_with_speed(std::fs::File::create(&path).unwrap(), 20);
+    for k in 0..frames {
+        let picture = crate::stage::draw_on_the_way(&face, raised * k as f64 / (frames - 1) as f64);
+        let rgba = image::DynamicImage::from(picture).into_rgba8();
+        gif.encode_frame(image::Frame::new(rgba)).unwrap();
+    }
+    drop(gif);
+    let mut film = Film::open(&path, &|| false).unwrap();
+    let mut still = |index: usize| {
+        let origin = Origin { film: "rise.gif".to_owned(), number: index + 1, time_s: None };
+        let still = folder.join(format!("rise-{}.png", index + 1));
+        std::fs::write(&still, still_png(&film.frame(index, &|| false).unwrap(), &origin).unwrap()).unwrap();
+        crate::stage::frame_ref(&still)
+    };
+    let mut project = Project::default();
+    project.frames.first = Some(still(0));
+    project.frames.last = Some(still(frames - 1));
+    for l in face.landmarks() {
+        project
+            .landmarks
+            .insert(l.id.clone(), frontalis::project::Mark::new(crate::stage::seen(&face, l.vertex, false)));
+    }
+    project
+}
+
+/// The work under way that looks for points, and how it is told to stop.
+fn search(window: &Window) -> Option<(String, std::sync::Arc<frontalis::gui::jobs::Progress>)> {
+    let jobs = window.state().jobs().running().iter();
+    let looks = |j: &&frontalis::gui::jobs::Job| j.about == frontalis::gui::jobs::About::Suggestions;
+    jobs.filter(looks).map(|j| (j.name.clone(), j.progress.clone())).next()
+}
+
+#[test]
+fn the_skin_is_followed_through_the_film_that_the_frames_come_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = from_film(folder.path(), 2.0, 7);
+    let mut window = open(project.clone(), [1280.0, 800.0], true, Person::default());
+    settle(&mut window);
+    window.get_by_label("followed through 5 frames of rise.gif");
+    let face = frontalis::face::generic();
+    let far = |found: &[(u32, [f64; 2], f64)]| {
+        let forehead = face.region("forehead");
+        let errors: Vec<f64> = found
+            .iter()
+            .filter(|s| forehead.contains(&s.0) && s.2 >= 0.5)
+            .map(|(v, at, _)| {
+                let truth = crate::stage::seen_on_the_way(&face, *v, 2.0);
+                (at[0] - truth[0]).hypot(at[1] - truth[1])
+            })
+            .collect();
+        (errors.iter().filter(|e| **e < 2.0).count(), errors.len())
+    };
+    let (right, of) = far(&suggested(&window));
+    assert!(right > 10 && right * 10 >= of * 8, "{right} of {of} within 2 px");
+    // The film moved away, the frames alone are left, and that is told; opened where it is now, it is used again.
+    let elsewhere = tempfile::tempdir().unwrap();
+    let moved = elsewhere.path().join("rise.gif");
+    std::fs::rename(folder.path().join("rise.gif"), &moved).unwrap();
+    let mut window = open(project, [1280.0, 800.0], true, Person::default());
+    settle(&mut window);
+    window.get_by_label("followed from the first frame to the last at once");
+    window.state_mut().push(Command::Dropped(vec![moved], None));
+    settle(&mut window);
+    key(&mut window, Key::Escape);
+    settle(&mut window);
+    window.get_by_label("followed through 5 frames of rise.gif");
+}
+
+#[test]
+fn a_search_that_nobody_waits_for_any_more_is_stopped() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = from_film(folder.path(), 1.0, 16);
+    let mut window = open(project.clone(), [1280.0, 800.0], true, Person::default());
+    // A landmark of the first frame moves: the skin that was looked for lies elsewhere.
+    let (id, mark) = project.landmarks.iter().next().map(|(id, m)| (id.clone(), *m)).unwrap();
+    let begin = |window: &mut Window, by: f64| {
+        let to = [mark.at_px[0] + by, mark.at_px[1]];
+        window.state_mut().push(Command::Edit(Edit::Put(PointId::Landmark(id.clone()), to)));
+        for _ in 0..80 {
+            window.step();
+            if let Some((name, progress)) = search(window).filter(|(_, p)| !p.is_cancelled()) {
+                return (name, progress);
+            }
+        }
+        panic!("no search has begun");
+    };
+    let (name, first) = begin(&mut window, 20.0);
+    assert_eq!(name, "Following the skin through rise.gif");
+    window.state_mut().push(Command::Edit(Edit::Put(PointId::Landmark(id.clone()), mark.at_px)));
+    window.run_steps(3);
+    assert!(first.is_cancelled(), "the search for skin that is elsewhere now is told to stop");
+    settle(&mut window);
+    let (_, second) = begin(&mut window, 30.0);
+    key(&mut window, Key::H);
+    assert!(second.is_cancelled(), "and so is one whose answer is not wanted");
+    assert!(search(&window).is_none());
+}
+
+#[test]
+fn a_crossing_tells_its_row_and_column_in_both_frames() {
+    let mut window = window();
+    let (v, at) = window
+        .state()
+        .suggestions()
+        .into_iter()
+        .find_map(|s| Some((s.vertex, s.at, s.crossing?)))
+        .map(|(v, at, crossing)| (v, (at, crossing)))
+        .expect("the sample has a painted grid");
+    let (last, [row, column]) = at;
+    let words = format!("row {row}, column {column}");
+    let first = window.state().outcome().first_in_image[v as usize];
+    for (which, place) in [(Which::First, first), (Which::Last, last)] {
+        let at = on_screen(&window, which, [place.x, place.y]);
+        window.hover_at(at);
+        window.run_steps(3);
+        window.get_by_label_contains(&format!("crossing {words}"));
+    }
+    // The guide and the table say it too, of a suggestion and of a mark.
+    for mark in [false, true] {
+        if mark {
+            window.state_mut().push(Command::Edit(Edit::Put(PointId::FeatureLast(v), [last.x, last.y])));
+        }
+        window.state_mut().push(Command::Select(Some(PointId::FeatureLast(v))));
+        settle(&mut window);
+        assert!(window.query_all_by_label_contains(&words).count() >= 2, "{words}, marked: {mark}");
+    }
+}
+
+#[test]
+fn the_status_bar_offers_only_a_place_that_can_be_taken() {
+    let mut window = window();
+    let found = suggested(&window)[0].0;
+    window.state_mut().view_mut().frames.tool = frontalis::gui::panels::frames::Tool::Features;
+    window.state_mut().push(Command::Select(Some(PointId::FeatureLast(found))));
+    window.run_steps(3);
+    window.get_by_label_contains("its suggested place");
+    // Marked, it has its place: there is nothing to take.
+    window.state_mut().push(Command::Edit(Edit::Put(PointId::FeatureLast(found), [500.0, 500.0])));
+    window.state_mut().push(Command::Select(Some(PointId::FeatureLast(found))));
+    window.run_steps(3);
+    window.state_mut().view_mut().notice = None;
+    window.run_steps(2);
+    window.get_by_label_contains("press marks");
+    assert!(window.query_by_label_contains("its predicted place").is_none());
+    assert!(window.query_by_label_contains("its suggested place").is_none());
+}

@@ -13,6 +13,22 @@ pub struct Origin {
     pub time_s: Option<f64>,
 }
 
+/// What stands before it in the chunk: keyword, no compression, no language; PNG specification 11.3.4.5.
+const BEFORE: &[u8] = b"iTXtSource\0\0\0\0\0";
+
+impl Origin {
+    /// Where the head of a PNG file says that the picture was taken from, if [`still_png`] wrote it.
+    pub fn in_png(head: &[u8]) -> Option<Self> {
+        let (length, rest) = head.get(PNG_HEAD..)?.split_at_checked(4)?;
+        let length = u32::from_be_bytes(length.try_into().ok()?) as usize;
+        let text = rest.get(..length.checked_add(4)?)?.strip_prefix(BEFORE)?;
+        let (film, rest) = std::str::from_utf8(text).ok()?.rsplit_once(", frame ")?;
+        let (number, time) = rest.split_once(", ").map_or((rest, None), |(n, t)| (n, t.strip_suffix(" s")));
+        let number = number.parse().ok().filter(|n| *n > 0)?;
+        Some(Self { film: film.to_owned(), number, time_s: time.and_then(|t| t.parse().ok()) })
+    }
+}
+
 /// The bytes of a PNG file with the picture and, as its text `Source`, where it comes from. The same frame gives the same bytes, and so
 /// the same hash in a project.
 ///
@@ -23,19 +39,19 @@ pub fn still_png(image: &RgbImage, origin: &Origin) -> Result<Vec<u8>, ImageErro
     image.write_to(&mut bytes, ImageFormat::Png)?;
     let mut bytes = bytes.into_inner();
     let time = origin.time_s.map(|t| format!(", {t:.3} s")).unwrap_or_default();
-    // Keyword, no compression, no language: PNG specification 11.3.4.5.
-    let text = format!("Source\0\0\0\0\0{}, frame {}{time}", origin.film, origin.number);
+    let text = format!("{}, frame {}{time}", origin.film, origin.number);
+    let (kind, before) = BEFORE.split_at(4);
     let at = PNG_HEAD.min(bytes.len());
-    bytes.splice(at..at, chunk(*b"iTXt", text.as_bytes()));
+    bytes.splice(at..at, chunk(kind, &[before, text.as_bytes()].concat()));
     Ok(bytes)
 }
 
 /// Bytes of the signature and the first chunk, which is always the header.
 const PNG_HEAD: usize = 8 + 25;
 
-pub(super) fn chunk(kind: [u8; 4], content: &[u8]) -> Vec<u8> {
+pub(super) fn chunk(kind: &[u8], content: &[u8]) -> Vec<u8> {
     let mut bytes = (content.len() as u32).to_be_bytes().to_vec();
-    bytes.extend_from_slice(&kind);
+    bytes.extend_from_slice(kind);
     bytes.extend_from_slice(content);
     let sum = crc32(bytes.get(4..).unwrap_or_default());
     bytes.extend_from_slice(&sum.to_be_bytes());
@@ -64,5 +80,11 @@ mod tests {
         let text = "smile é.mp4, frame 57, 1.900 s".as_bytes();
         assert!(bytes.windows(text.len()).any(|w| w == text));
         assert_eq!(bytes, still_png(&image, &origin).unwrap());
+        assert_eq!(Origin::in_png(&bytes), Some(origin.clone()));
+        let untimed = Origin { film: "a, frame 9, b.gif".to_owned(), number: 2, time_s: None };
+        assert_eq!(Origin::in_png(&still_png(&image, &untimed).unwrap()), Some(untimed));
+        for end in 0..PNG_HEAD + 20 {
+            assert_eq!(Origin::in_png(&bytes[..end]), None, "cut off after {end} bytes");
+        }
     }
 }

@@ -253,7 +253,7 @@ fn apng(images: &[RgbImage]) -> Vec<u8> {
         if i == 0 {
             out.extend_from_slice(&png[..33]);
             let count = images.len() as u32;
-            out.extend(still::chunk(*b"acTL", &[count.to_be_bytes(), 0_u32.to_be_bytes()].concat()));
+            out.extend(still::chunk(b"acTL", &[count.to_be_bytes(), 0_u32.to_be_bytes()].concat()));
         }
         let mut control = Vec::new();
         for value in [number, image.width(), image.height(), 0, 0] {
@@ -262,23 +262,23 @@ fn apng(images: &[RgbImage]) -> Vec<u8> {
         // 40 ms; nothing is cleared or blended.
         control.extend_from_slice(&[0, 40, 3, 232, 0, 0]);
         number += 1;
-        out.extend(still::chunk(*b"fcTL", &control));
+        out.extend(still::chunk(b"fcTL", &control));
         let mut at = 33;
         while at < png.len() {
             let length = u32::from_be_bytes(png[at..at + 4].try_into().unwrap()) as usize;
             if &png[at + 4..at + 8] == b"IDAT" {
                 let data = &png[at + 8..at + 8 + length];
                 if i == 0 {
-                    out.extend(still::chunk(*b"IDAT", data));
+                    out.extend(still::chunk(b"IDAT", data));
                 } else {
-                    out.extend(still::chunk(*b"fdAT", &[&number.to_be_bytes()[..], data].concat()));
+                    out.extend(still::chunk(b"fdAT", &[&number.to_be_bytes()[..], data].concat()));
                     number += 1;
                 }
             }
             at += 12 + length;
         }
     }
-    out.extend(still::chunk(*b"IEND", &[]));
+    out.extend(still::chunk(b"IEND", &[]));
     out
 }
 

@@ -22,6 +22,11 @@ const WIDTH_STEP: f32 = 0.25;
 /// A line is one quadrilateral with its softness in the texture: the edges that a mesh of triangles needs for it would be four or six
 /// triangles for each line, and a wireframe is thousands of lines.
 pub fn texture(ctx: &egui::Context, name: &str, palette: &[Color32]) -> TextureHandle {
+    ctx.load_texture(name, texels(palette), TextureOptions::LINEAR)
+}
+
+/// The pixels of a [`texture`].
+pub fn texels(palette: &[Color32]) -> ColorImage {
     let mut pixels = [palette, palette].concat();
     pixels.resize(FIRST_LINE * TEXELS, Color32::WHITE);
     for row in 0..ROWS - FIRST_LINE {
@@ -32,7 +37,7 @@ pub fn texture(ctx: &egui::Context, name: &str, palette: &[Color32]) -> TextureH
             Color32::from_rgba_premultiplied(level, level, level, level)
         }));
     }
-    ctx.load_texture(name, ColorImage::new([TEXELS, ROWS], pixels), TextureOptions::LINEAR)
+    ColorImage::new([TEXELS, ROWS], pixels)
 }
 
 /// The colours of the map that do not come from the palette.

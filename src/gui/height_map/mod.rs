@@ -2,6 +2,7 @@
 
 pub mod axes;
 pub mod ink;
+pub mod mesh_picture;
 pub mod options;
 pub mod palette;
 pub mod parts;

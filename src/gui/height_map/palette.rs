@@ -1,6 +1,6 @@
 //! Colours of values: a colour map, the curve by which low values are spread, and the texture that the surface is painted from.
 
-use egui::{Color32, TextureHandle};
+use egui::{Color32, ColorImage, TextureHandle};
 
 use super::ink::{self, TEXELS};
 use super::range::ColourRange;
@@ -90,15 +90,19 @@ impl Palette {
         {
             return texture;
         }
-        let row: Vec<Color32> = (0..TEXELS)
-            .map(|k| {
-                let share = k as f64 / (TEXELS - 1) as f64;
-                self.colour(self.range.low + share * (self.range.high - self.range.low))
-            })
-            .collect();
-        let texture = ink::texture(ctx, "height map palette", &row);
+        let texture = ink::texture(ctx, "height map palette", &self.row());
         ctx.data_mut(|d| d.insert_temp(id, (*self, texture.clone())));
         texture
+    }
+
+    /// The pixels of that texture.
+    pub fn texels(&self) -> ColorImage {
+        ink::texels(&self.row())
+    }
+
+    fn row(&self) -> Vec<Color32> {
+        let share = |k: usize| k as f64 / (TEXELS - 1) as f64;
+        (0..TEXELS).map(|k| self.colour(self.range.low + share(k) * (self.range.high - self.range.low))).collect()
     }
 }
 

@@ -108,12 +108,12 @@ impl Scene<'_> {
         ink.reserve(2 * self.parts.triangles.len());
         // Corners of coloured triangles are shared: each is lit and coloured once.
         let s = self.surface;
-        let corner: Vec<u32> = (0..s.top.len())
-            .map(|v| {
-                let Some(value) = self.layer.values.get(v).copied().flatten() else { return NONE };
-                ink.palette_vertex(projected.top[v], self.palette.u(value), self.light(&s.top_normals[v]))
-            })
-            .collect();
+        let mut corner = vec![NONE; s.top.len()];
+        for v in self.parts.triangles.iter().filter(|t| t.raised).flat_map(|t| t.corners).map(|v| v as usize) {
+            if let (NONE, Some(value)) = (corner[v], self.layer.values.get(v).copied().flatten()) {
+                corner[v] = ink.palette_vertex(projected.top[v], self.palette.u(value), self.light(&s.top_normals[v]));
+            }
+        }
         for key in self.sorted_parts(projected) {
             let index = (key & INDEX_MASK) as usize;
             match (key >> INDEX_BITS) & 3 {

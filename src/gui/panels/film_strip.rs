@@ -363,7 +363,17 @@ fn strip(ui: &mut egui::Ui, view: &mut FilmView, known: &Known) {
         let index = index_at(at.x);
         let time = known.times_s.get(index).map(|t| format!(", {t:.2} s")).unwrap_or_default();
         painter.vline(at.x, below.y_range(), Stroke::new(1.0, ui.visuals().weak_text_color()));
-        response.on_hover_text_at_pointer(format!("Frame {}{time}", index + 1));
+        // Over the thumbnails: at the pointer it would cover the names of the handles.
+        let words = painter.layout_no_wrap(
+            format!("Frame {}{time}", index + 1),
+            FontId::proportional(11.0),
+            ui.visuals().strong_text_color(),
+        );
+        let size = words.size() + Vec2::new(10.0, 4.0);
+        let left = (at.x - size.x / 2.0).clamp(place.left(), (place.right() - size.x).max(place.left()));
+        let label = Rect::from_min_size(Pos2::new(left, row.top() + 3.0), size);
+        painter.rect_filled(label, 3.0, ui.visuals().extreme_bg_color.gamma_multiply(0.9));
+        painter.galley(label.min + Vec2::new(5.0, 2.0), words, ui.visuals().strong_text_color());
     }
 }
 

@@ -54,7 +54,7 @@ pub fn show(ctx: &egui::Context, modal: &mut Modal, commands: &mut Vec<Command>)
                 ui.add_space(8.0);
                 let mut chosen = false;
                 ui.horizontal(|ui| {
-                    if primary(ui, "Recover it").clicked() {
+                    if primary(ui, "Recover it").clicked() || enter(ui) {
                         commands.push(Command::Recover(true));
                         chosen = true;
                     }
@@ -209,6 +209,12 @@ fn unsaved(ui: &mut egui::Ui, text: &str, [save, discard]: [Command; 2], command
 /// The button that goes on, grey while that is not possible.
 pub(super) fn primary_if(ui: &mut egui::Ui, possible: bool, label: &str) -> egui::Response {
     ui.add_enabled_ui(possible, |ui| primary(ui, label)).inner
+}
+
+/// Whether Enter was pressed where no button has the keyboard: it means the one that goes on.
+fn enter(ui: &egui::Ui) -> bool {
+    let free = ui.memory(|m| m.focused().is_none());
+    free && ui.input_mut(|i| i.consume_key(egui::Modifiers::NONE, egui::Key::Enter))
 }
 
 fn primary(ui: &mut egui::Ui, label: &str) -> egui::Response {

@@ -10,6 +10,7 @@ use crate::displacement::VertexState;
 use crate::gui::height_map::options::{fixed, with_error};
 use crate::gui::jobs::{About, Job, Jobs};
 use crate::gui::keys::{self, KeyMap};
+use crate::gui::suggesting::{crossing_words, to_accept};
 use crate::gui::view_state::{NoticeKind, Workspace};
 use crate::gui::{Action, Command, Scene, ViewState, theme};
 use crate::project::Which;
@@ -73,7 +74,11 @@ fn press_now(scene: Scene<'_>, view: &ViewState, keys: &KeyMap) -> Option<String
     let chosen = points::chosen_vertices(scene, &view.frames.regions);
     let press = guide::what_a_press_does(scene, &chosen, &view.frames, &view.focus)?;
     let frame = if view.frames.tool == Tool::Landmarks { "First frame" } else { "Last frame" };
-    let accept = keys.text(Action::Accept).map(|k| format!("   ·   {k}: its predicted place")).unwrap_or_default();
+    // Only where there is a place to take: a locked point, or one without a prediction, has none.
+    let asked = guide::asked(scene, &chosen, view.frames.tool, view.focus.selected.as_ref()).ok().flatten();
+    let takes = to_accept(scene, view, asked).and_then(|id| points::of(scene, &id)).map(|(look, _)| look.word());
+    let accept = takes.zip(keys.text(Action::Accept)).map(|(look, key)| format!("   ·   {key}: its {look} place"));
+    let accept = accept.unwrap_or_default();
     Some(format!("{frame}: {press}{accept}   ·   Ctrl+press: another point"))
 }
 
@@ -100,6 +105,10 @@ fn under_pointer(ui: &egui::Ui, scene: Scene<'_>, view: &ViewState) -> Option<St
         }
         if view.workspace == Workspace::Frames && pane.rect.contains(pointer) {
             let [x, y] = pane.view.at(pane.rect).image_from_ui(pointer);
+            // As near as a hand points: a few points of the screen.
+            if let Some(crossing) = scene.suggested.crossing_at(which, [x, y], 6.0 / pane.view.zoom.max(0.01)) {
+                parts.push(format!("crossing {}", crossing_words(crossing)));
+            }
             parts.push(format!(
                 "{} {}, {} px   {:.0} %",
                 which.word(),

@@ -4,12 +4,15 @@ use std::sync::Arc;
 
 use egui::{FontId, Painter, Pos2, Rect, Role, Sense, Stroke, Vec2, WidgetInfo, pos2, vec2};
 
+use super::findings::Findings;
 use super::prepared::{Drawn, DrawnFrom, Prepared, Sight};
 use super::{ForcesView, colour_bar, legend, select, vertex_name};
 use crate::displacement::VertexState;
 use crate::draw::ticks::nice_ticks;
 use crate::gui::height_map::axes::{self, HeightAxis};
 use crate::gui::height_map::ink::{Ink, Inks};
+use crate::gui::height_map::mesh_picture::Place;
+use crate::gui::height_map::parts;
 use crate::gui::height_map::picking::{pick, place};
 use crate::gui::height_map::range::{RangeMode, range_of, round_down};
 use crate::gui::height_map::scene::{Projected, Scene as MapScene};
@@ -26,9 +29,13 @@ const LONGEST_ARROW_MM: f64 = 25.0;
 /// The view makes room for heights up to so many times the end of the colour range; what is higher leaves the canvas.
 const HIGHEST: f64 = 2.0;
 
+/// A map that is turned is painted with no more pixels than this where the processor paints it.
+const MOST_PIXELS_IN_MOTION: f32 = 600_000.0;
+
 /// What one frame of the canvas shows.
 pub(super) struct Stage<'a> {
     pub(super) scene: Scene<'a>,
+    pub(super) findings: &'a Findings,
     pub(super) layer: &'a Layer,
     pub(super) options: &'a MapOptions,
     pub(super) canvas: Rect,
@@ -59,6 +66,7 @@ pub(super) fn show(
         return;
     }
     let mesh = scene.face.mesh();
+    let large = parts::is_large(mesh);
     let options = view.options;
     // The range "in view" needs the projection, which needs the heights; so the heights follow the range of all data.
     let of_all = prepared.range(options.range);
@@ -89,7 +97,6 @@ pub(super) fn show(
         RangeMode::InView => range_of(options.range, layer, &|v| canvas.contains(projected.base[v])),
         mode => prepared.range(mode),
     };
-    view.shown = Some(super::Shown { projection, range });
     let palette = options.palette(layer, range);
     let ticks = nice_ticks(range.low, range.high, 4);
     let painter = ui.painter_at(canvas);
@@ -98,9 +105,9 @@ pub(super) fn show(
         let height = HeightAxis { title: &title, ticks: &ticks, mm_per_unit };
         axes::draw(&painter, &projection, &ground, (options.relief == Relief::Plane).then_some(&height), &inks);
     }
-    let arrow_mm_per_unit = arrow_scale(scene);
+    let arrow_mm_per_unit = arrow_scale(scene, prepared.findings.look_at);
     let texture = palette.texture(ui.ctx()).id();
-    let parts = MapScene {
+    let map = MapScene {
         mesh,
         outcome: scene.outcome,
         layer,
@@ -116,6 +123,13 @@ pub(super) fn show(
         cuts,
         ground: &ground,
     };
+    let moved = view.shown.is_some_and(|s| s.projection != projection);
+    if moved && large {
+        // The next frame, at rest, paints every pixel.
+        ui.ctx().request_repaint();
+    }
+    let picture = large.then(|| picture_over(canvas, ui.ctx().pixels_per_point(), moved || response.dragged()));
+    view.shown = Some(super::Shown { projection, range });
     let from = DrawnFrom {
         projection,
         options,
@@ -126,16 +140,18 @@ pub(super) fn show(
         dark: ui.visuals().dark_mode,
         pixels_per_point: ui.ctx().pixels_per_point(),
         levels_mm: raised.levels_mm,
+        picture,
     };
-    let drawn = Drawn::draw(drawn, from, Arc::clone(&projected), |projected| {
-        let mut ink = Ink::new(texture, ui.ctx().pixels_per_point());
-        parts.paint(projected, &mut ink);
+    let drawn = Drawn::draw(drawn, from, Arc::clone(&projected), ui.ctx(), |projected| {
+        let mut ink = Ink::new(texture, picture.map_or(ui.ctx().pixels_per_point(), |p| p.pixels_per_point));
+        map.paint(projected, &mut ink);
         ink.into_mesh()
     });
-    painter.add(egui::Shape::Mesh(Arc::clone(&drawn.mesh)));
+    drawn.show(&painter);
 
     let stage = Stage {
         scene,
+        findings: &prepared.findings,
         layer,
         options: &options,
         canvas,
@@ -166,6 +182,14 @@ pub(super) fn show(
     }
 }
 
+/// The pixels of the canvas; while the map is turned fewer and larger ones where there would be more than can follow the hand.
+fn picture_over(canvas: Rect, pixels_per_point: f32, in_motion: bool) -> Place {
+    let pixels = canvas.area() * pixels_per_point * pixels_per_point;
+    let coarser = if in_motion { (pixels / MOST_PIXELS_IN_MOTION).sqrt().max(1.0) } else { 1.0 };
+    let corner = (canvas.min.to_vec2() * pixels_per_point).floor() / pixels_per_point;
+    Place::over(Rect::from_min_max(corner.to_pos2(), canvas.max), pixels_per_point / coarser)
+}
+
 /// The layer without the vertices whose force carries the border's reaction, if they are to be left out.
 fn without_border(scene: Scene<'_>, layer: &Layer, show_border: bool) -> Option<Layer> {
     if show_border || !scene.outcome.border.iter().any(|b| *b) {
@@ -181,9 +205,8 @@ fn without_border(scene: Scene<'_>, layer: &Layer, show_border: bool) -> Option<
 }
 
 /// mm of arrow per unit of force: the largest force is drawn about [`LONGEST_ARROW_MM`] long.
-fn arrow_scale(scene: Scene<'_>) -> f64 {
-    let vertex = scene.outcome.vertex_to_look_at();
-    let largest = vertex.and_then(|v| scene.outcome.field.force.get(v)).map_or(1.0, nalgebra::Vector3::norm);
+fn arrow_scale(scene: Scene<'_>, look_at: Option<usize>) -> f64 {
+    let largest = look_at.and_then(|v| scene.outcome.field.force.get(v)).map_or(1.0, nalgebra::Vector3::norm);
     round_down(LONGEST_ARROW_MM / largest.max(1e-12))
 }
 

@@ -43,8 +43,7 @@ enum Sign {
 
 fn legend(painter: &Painter, stage: &Stage<'_>) {
     let (scene, options, inks, canvas) = (stage.scene, stage.options, &stage.inks, stage.canvas);
-    let states = &scene.outcome.states;
-    let has = |state| states.contains(&state);
+    let has = |state| stage.findings.has(state);
     let mut entries = Vec::new();
     if options.markers {
         for (sign, state) in [

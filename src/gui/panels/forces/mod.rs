@@ -4,6 +4,7 @@ mod canvas;
 mod card;
 pub(super) mod chart;
 pub(super) mod colour_bar;
+mod findings;
 mod legend;
 mod prepared;
 mod profiles;
@@ -145,7 +146,7 @@ pub fn show(
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             // The card comes and goes with the pointer; below the summary it moves no link.
             in_fixed_width(ui, |ui| {
-                summary::show(ui, scene, first, focus, commands);
+                summary::show(ui, scene, &prepared.findings, first, focus, commands);
                 card::show(ui, scene, layer, first, focus.hovered().map(|v| v as usize).or(selected));
             });
         });
@@ -156,7 +157,7 @@ pub fn show(
         Tab::Profiles => profiles::show(ui, scene, view, &prepared, selected, focus, commands),
         Tab::Table => table::show(ui, scene, view, first, selected, focus, commands),
     });
-    let cuts = profiles::lines(scene, view, first, selected).filter(|_| view.tab == Tab::Profiles);
+    let cuts = profiles::lines(scene, view, &prepared, selected).filter(|_| view.tab == Tab::Profiles);
     let cuts = cuts.map_or_else(Vec::new, |(_, lines)| lines.to_vec());
     egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
         canvas::show(ui, scene, view, &mut prepared, &cuts, focus, commands);

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
-use egui::{Mesh, TextureId};
+use egui::{Color32, ColorImage, Mesh, Painter, Rect, TextureHandle, TextureId, TextureOptions, pos2};
 use nalgebra::Point3;
 
+use super::findings::Findings;
 use crate::gui::face_drawing::levels::{Level, Levels};
 use crate::gui::height_map::axes::Ground;
+use crate::gui::height_map::mesh_picture::{self, Place};
 use crate::gui::height_map::palette::Palette;
 use crate::gui::height_map::parts::{self, Parts};
 use crate::gui::height_map::range::{ColourRange, RangeMode, range_of};
@@ -26,6 +28,8 @@ pub(super) struct Prepared {
     pub(super) all: ColourRange,
     /// The vertices from the eyes, mm.
     pub(super) first: Vec<Point3<f64>>,
+    /// What there is to say of the field.
+    pub(super) findings: Findings,
     levels: Option<(u64, Arc<Levels>)>,
     raised: Option<Raised>,
     drawn: Option<Drawn>,
@@ -36,7 +40,24 @@ pub(super) struct Prepared {
 pub(super) struct Drawn {
     from: DrawnFrom,
     projected: Arc<Projected>,
-    pub(super) mesh: Arc<Mesh>,
+    painted: Painted,
+}
+
+/// In what form a drawing goes to the screen.
+enum Painted {
+    /// As triangles, which a graphics card paints in every frame.
+    Triangles(Arc<Mesh>),
+    /// As a picture that the processor has painted once.
+    Picture(TextureHandle, Rect),
+}
+
+impl std::fmt::Debug for Painted {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Triangles(mesh) => write!(f, "{} triangles", mesh.indices.len() / 3),
+            Self::Picture(_, place) => write!(f, "picture at {place:?}"),
+        }
+    }
 }
 
 /// What a drawing depends on besides the outcome.
@@ -52,6 +73,8 @@ pub(super) struct DrawnFrom {
     pub(super) dark: bool,
     pub(super) pixels_per_point: f32,
     pub(super) levels_mm: Option<[f64; 2]>,
+    /// Where the picture lies, if it becomes one.
+    pub(super) picture: Option<Place>,
 }
 
 /// What a surface depends on besides the outcome: whether the border is shown, the bits of mm per unit, what it stands on.
@@ -103,6 +126,7 @@ impl Prepared {
             layer,
             // The chain measures from the optical axis, people from the eyes.
             first: scene.outcome.first_from_eyes(scene.face),
+            findings: Findings::of(scene),
             levels,
             raised: None,
             drawn: None,
@@ -197,12 +221,49 @@ impl Drawn {
         before: Option<Self>,
         from: DrawnFrom,
         projected: Arc<Projected>,
-        paint: impl FnOnce(&Projected) -> Mesh,
+        ctx: &egui::Context,
+        draw: impl FnOnce(&Projected) -> Mesh,
     ) -> Self {
-        match before {
-            Some(drawn) if drawn.from == from => drawn,
-            _ => Self { from, mesh: Arc::new(paint(&projected)), projected },
+        let before = match before {
+            Some(drawn) if drawn.from == from => return drawn,
+            before => before.map(|d| d.painted),
+        };
+        let mesh = draw(&projected);
+        let painted = match from.picture {
+            None => Painted::Triangles(Arc::new(mesh)),
+            Some(place) => {
+                let own_size = from.pixels_per_point == place.pixels_per_point;
+                match mesh_picture::paint_cropped(&mesh, &from.palette.texels(), place) {
+                    // No card takes a texture without pixels.
+                    (picture, _) if picture.pixels.is_empty() => Painted::Triangles(Arc::default()),
+                    (picture, place) => Painted::Picture(uploaded(before, picture, own_size, ctx), place.rect()),
+                }
+            }
+        };
+        Self { from, projected, painted }
+    }
+
+    /// Shows it.
+    pub(super) fn show(&self, painter: &Painter) {
+        match &self.painted {
+            Painted::Triangles(mesh) => _ = painter.add(egui::Shape::Mesh(Arc::clone(mesh))),
+            Painted::Picture(texture, rect) => {
+                let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+                painter.image(texture.id(), *rect, whole, Color32::WHITE);
+            }
         }
+    }
+}
+
+/// The picture on its way to the screen, in the place of the one before; pixels of the screen's own size are shown as they are.
+fn uploaded(before: Option<Painted>, picture: ColorImage, own_size: bool, ctx: &egui::Context) -> TextureHandle {
+    let options = if own_size { TextureOptions::NEAREST } else { TextureOptions::LINEAR };
+    match before {
+        Some(Painted::Picture(mut texture, _)) => {
+            texture.set(picture, options);
+            texture
+        }
+        _ => ctx.load_texture("height map", picture, options),
     }
 }
 
@@ -223,7 +284,8 @@ fn outermost(points: impl Iterator<Item = Point3<f64>>) -> Vec<Point3<f64>> {
     };
     let mut farthest = vec![(f64::NEG_INFINITY, Point3::origin()); DIRECTIONS];
     let directions: Vec<_> = (0..DIRECTIONS).map(direction).collect();
-    for p in all.iter().step_by(all.len() / FEW + 1) {
+    // Every point is asked: of heads and feet that alternate a step over some would leave out all heads.
+    for p in &all {
         for (best, d) in farthest.iter_mut().zip(&directions) {
             let along = d.dot(&p.coords);
             if along > best.0 {
@@ -232,4 +294,20 @@ fn outermost(points: impl Iterator<Item = Point3<f64>>) -> Vec<Point3<f64>> {
         }
     }
     farthest.into_iter().map(|(_, p)| p).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sheet of feet 1 mm apart, each followed by its head; one head stands 50 mm high, the others lie on their feet.
+    #[test]
+    fn the_one_highest_point_of_very_many_is_held_in_view() {
+        for count in [3000, 12_000, 30_000] {
+            let foot = |k: u32| Point3::new(f64::from(k % 100), f64::from(k / 100), 0.0);
+            let head = |k: u32| foot(k) + nalgebra::Vector3::new(0.0, 0.0, if k == count / 3 { 50.0 } else { 0.0 });
+            let held = outermost((0..count).flat_map(|k| [foot(k), head(k)]));
+            assert!(held.iter().any(|p| p.z == 50.0), "of {count}");
+        }
+    }
 }

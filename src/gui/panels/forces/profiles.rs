@@ -32,11 +32,11 @@ pub(super) fn show(
     commands: &mut Vec<Command>,
 ) {
     let (layer, first) = (&prepared.layer, &prepared.first[..]);
-    let through = selected.or_else(|| scene.outcome.vertex_to_look_at());
+    let through = selected.or(prepared.findings.look_at);
     ui.horizontal_wrapped(|ui| {
         ui.weak(match (selected, through) {
             (Some(v), _) => format!("through vertex {v}"),
-            (None, Some(v)) if scene.outcome.peak().vertex() == Some(v) => format!("through the peak, vertex {v}"),
+            (None, Some(v)) if prepared.findings.peak.vertex() == Some(v) => format!("through the peak, vertex {v}"),
             // No force stands above its error, so there is no peak.
             (None, Some(v)) => format!("through vertex {v}, where the force is largest, though within its error"),
             (None, None) => "no vertex is measured".to_owned(),
@@ -51,7 +51,7 @@ pub(super) fn show(
     })
     .response
     .on_hover_text("Points are vertices near the line, with ± one standard error; the line is the surface, cut");
-    let Some((at, [upper, lateral])) = lines(scene, view, first, selected) else { return };
+    let Some((at, [upper, lateral])) = lines(scene, view, prepared, selected) else { return };
     let (upper_title, upper_axis) = if upper.along == nalgebra::Vector2::y() && !view.profile_along_fibre {
         (format!("Vertical, x = {:.0} mm", at.x).replace('-', "−"), "y, mm")
     } else {
@@ -99,12 +99,13 @@ pub(super) fn show(
 pub(super) fn lines(
     scene: Scene<'_>,
     view: &ForcesView,
-    first: &[Point3<f64>],
+    prepared: &Prepared,
     selected: Option<usize>,
 ) -> Option<(Point3<f64>, [Line; 2])> {
-    let through = selected.or_else(|| scene.outcome.vertex_to_look_at())?;
+    let (first, findings) = (&prepared.first, &prepared.findings);
+    let through = selected.or(findings.look_at)?;
     let at = *first.get(through)?;
-    let band = 0.5 * scene.face.mesh().mean_edge_length();
+    let band = 0.5 * findings.mean_edge_mm;
     let muscle = view.options.muscle.and_then(|m| scene.face.muscles().get(m)).filter(|_| view.profile_along_fibre);
     let fibre = muscle.and_then(|muscle| {
         let (a, i) = (first.get(muscle.attachment as usize)?, first.get(muscle.insertion as usize)?);

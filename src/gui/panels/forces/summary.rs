@@ -3,8 +3,8 @@
 use egui::Ui;
 use nalgebra::Point3;
 
+use super::findings::Findings;
 use super::select;
-use crate::displacement::VertexState;
 use crate::gui::height_map::options::{significant, with_error};
 use crate::gui::{Command, Focus, Scene, run_command::capital};
 use crate::muscle_field::fibres::{fibre_through, muscle_name};
@@ -14,16 +14,16 @@ use crate::pipeline::{Outcome, Peak};
 pub(super) fn show(
     ui: &mut Ui,
     scene: Scene<'_>,
+    findings: &Findings,
     first: &[Point3<f64>],
     focus: &mut Focus,
     commands: &mut Vec<Command>,
 ) {
     let outcome = scene.outcome;
     let unit = outcome.unit();
-    let of_all = outcome.field.largest(&outcome.states);
     ui.add_space(6.0);
     ui.strong("Largest force");
-    match outcome.peak() {
+    match findings.peak {
         Peak::Stands { vertex, force, sigma } => {
             let at = first.get(vertex).copied().unwrap_or_default();
             ui.label(format!("{} {unit}", with_error(force, Some(sigma))));
@@ -35,8 +35,7 @@ pub(super) fn show(
         }
         finding => _ = ui.label(capital(&finding.in_words(unit)) + "."),
     }
-    let larger = of_all.filter(|(v, f)| outcome.peak().force().is_some_and(|peak| *f > peak) && !speaks(outcome, *v));
-    if let Some((vertex, force)) = larger {
+    if let Some((vertex, force)) = findings.larger {
         let (place, why) = why_not(outcome, vertex);
         let words = format!("{} {unit} {place}, vertex {vertex}", significant(force, 3));
         link(ui, words, why, vertex, focus, commands);
@@ -44,24 +43,16 @@ pub(super) fn show(
     ui.separator();
 
     ui.strong("Vertices");
-    let count = |state: VertexState| outcome.states.iter().filter(|s| **s == state).count();
-    let border = outcome.border.iter().filter(|b| **b).count();
-    let parts: Vec<String> =
-        [VertexState::Measured, VertexState::Inferred, VertexState::Fixed, VertexState::Unmeasured]
-            .into_iter()
-            .map(|state| (count(state), state.word()))
-            .filter(|(n, _)| *n > 0)
-            .map(|(n, word)| format!("{n} {word}"))
-            .collect();
+    let parts: Vec<String> = findings.counts.iter().map(|(n, state)| format!("{n} {}", state.word())).collect();
     ui.label(parts.join(", "));
-    if border > 0 {
-        ui.weak(format!("{border} of them on the border"));
+    if findings.on_border > 0 {
+        ui.weak(format!("{} of them on the border", findings.on_border));
     }
     ui.separator();
 
     ui.strong("Self-check");
     let sum = outcome.field.internal_sum.norm();
-    let largest = of_all.map_or(0.0, |(_, f)| f);
+    let largest = findings.largest.map_or(0.0, |(_, f)| f);
     // Rounding adds up over the springs; a thousandth of a millionth of the largest force is far above it.
     let holds = sum <= 1e-9 * largest.max(f64::MIN_POSITIVE) || sum == 0.0;
     let verdict = if holds { "holds" } else { "is broken" };
@@ -92,11 +83,6 @@ fn link(ui: &mut Ui, words: String, hint: &str, vertex: usize, focus: &mut Focus
     if link.clicked() {
         select(commands, vertex);
     }
-}
-
-/// Whether a vertex may be the one with the largest force.
-fn speaks(outcome: &Outcome, vertex: usize) -> bool {
-    outcome.speaks().get(vertex) == Some(&true) && outcome.stands_above_error(vertex)
 }
 
 /// Why a larger force is not the largest: where it stands, and what that means.

@@ -7,6 +7,7 @@ use super::{FramesView, Tool, face_picture, marks, suggestions};
 use crate::gui::action_state::ActionState;
 use crate::gui::face_drawing::FaceDrawing;
 use crate::gui::keys::{self, KeyMap};
+use crate::gui::suggesting::crossing_words;
 use crate::gui::{Action, Command, Focus, Scene, theme};
 use crate::project::{PointId, Role};
 
@@ -217,6 +218,13 @@ fn describe(ui: &mut egui::Ui, scene: Scene<'_>, keys: &KeyMap, tool: Tool, id: 
         _ => String::new(),
     };
     let suggested = points::place(scene, id).and_then(|(_, v)| points::suggestion(scene, v));
+    if let PointId::FeatureFirst(v) | PointId::FeatureLast(v) = id
+        && let Some(crossing) = points::crossing_of(scene, *v)
+    {
+        let words = format!("On the painted grid: {}.", crossing_words(crossing));
+        ui.label(RichText::new(words).weak())
+            .on_hover_text("Counted from the top and from the left, from 0, as in files.");
+    }
     let how = match suggested.filter(|_| look == points::Look::Suggested) {
         Some(s) => {
             format!("{how} It is {} sure to be within 1 px ({}).", points::percent(s.confidence), s.method.word())

@@ -52,6 +52,8 @@ pub struct Loupe<'a> {
     pub at: [f64; 2],
     /// Colour of the cross.
     pub colour: Color32,
+    /// Row and column of the crossing that the cross is on.
+    pub crossing: Option<String>,
     /// Where the hand is, px, and the crossing of painted lines that the mark has gone to.
     pub snapped: Option<([f64; 2], Refined)>,
 }
@@ -89,7 +91,8 @@ pub fn paint(painter: &Painter, pane: Rect, beside: Pos2, style: LoupeStyle, lou
         let by = (found.at - Point2::from(hand)).norm();
         format!("{by:.2} px, residual {:.0} %", 100.0 * found.residual)
     });
-    for (text, colour) in std::iter::once((place, Color32::WHITE)).chain(fit.map(|f| (f, on_picture::SUGGESTED))) {
+    let found = fit.into_iter().chain(loupe.crossing.clone()).map(|words| (words, on_picture::SUGGESTED));
+    for (text, colour) in std::iter::once((place, Color32::WHITE)).chain(found) {
         let galley = painter.layout_no_wrap(text, egui::FontId::monospace(11.0), colour);
         inside.rect_filled(line, 0.0, Color32::from_black_alpha(150));
         inside.galley(line.left_center() + Vec2::new(6.0, -galley.size().y / 2.0), galley, colour);

@@ -17,6 +17,7 @@ use crate::gui::face_drawing::FaceDrawing;
 use crate::gui::keys::{self, Hold};
 use crate::gui::panels::menu;
 use crate::gui::pictures::Picture;
+use crate::gui::suggesting::{ON_CROSSING_PX, crossing_words};
 use crate::gui::theme::{self, on_picture};
 use crate::gui::{Command, Focus, Scene, snapping, wheel};
 use crate::project::{PointId, Which};
@@ -375,6 +376,7 @@ fn paint_loupe(
         wireframe: if pane.blind { &hidden } else { &view.wireframe },
         at,
         colour,
+        crossing: pane.scene.suggested.crossing_at(pane.which, at, ON_CROSSING_PX).map(crossing_words),
         snapped: dragged.and_then(|d| d.snapped.map(|found| (d.at, found))),
     };
     loupe::paint(painter, pane.rect, pane.transform.ui_from_image(at), view.loupe, &shown);

@@ -4,10 +4,11 @@ use std::collections::BTreeSet;
 
 use super::Tool;
 use crate::face::Region;
+use crate::gui::suggesting::ON_CROSSING_PX;
 use crate::gui::{Scene, suggesting};
 use crate::project::edit::Accepted;
 use crate::project::{MarkState, PointId, Role, Which};
-use crate::suggest::{Source, Suggestion};
+use crate::suggest::{GridCrossing, Source, Suggestion};
 
 /// Id of the region whose vertices are still points.
 pub const STILL_REGION: &str = "still";
@@ -134,6 +135,15 @@ pub fn kind_of(scene: Scene<'_>, vertex: u32) -> Kind {
         None if scene.face.region(STILL_REGION).contains(&vertex) => Kind::Still,
         None => Kind::Feature,
     }
+}
+
+/// The crossing of the painted grid that a vertex is on: in the first frame, and in the last too where it is marked there.
+pub fn crossing_of(scene: Scene<'_>, vertex: u32) -> Option<&GridCrossing> {
+    let crossing =
+        scene.suggested.crossing_at(Which::First, predicted(scene, Which::First, vertex), 3.0 * ON_CROSSING_PX)?;
+    let last = scene.project.features.get(&vertex).and_then(|f| f.last);
+    let there = |at: [f64; 2]| (crossing.last - nalgebra::Point2::from(at)).norm() <= 3.0 * ON_CROSSING_PX;
+    last.is_none_or(|m| there(m.at_px)).then_some(crossing)
 }
 
 /// The regions of the face in the order of marking: still points first, for they give the head's motion and so better predictions

@@ -8,6 +8,7 @@ use super::marks;
 use super::points::{self, Kind, Look};
 use crate::displacement::VertexState;
 use crate::doubt::Gap;
+use crate::gui::suggesting::crossing_words;
 use crate::gui::{Command, Focus, Scene, theme};
 use crate::project::PointId;
 
@@ -42,6 +43,8 @@ struct Row {
     numbers: [Option<f64>; 8],
     /// How sure a suggested place is, 0 to 1.
     sure: Option<f64>,
+    /// Row and column of the crossing of the painted grid that it is on.
+    crossing: Option<String>,
 }
 
 impl Row {
@@ -53,7 +56,8 @@ impl Row {
 
     /// Name for screen readers; a predicted place is told with it, for nothing else is known of the point.
     fn spoken(&self) -> String {
-        let words = format!("Row {}, {}", self.name, self.look.word());
+        let on = self.crossing.as_ref().map(|c| format!(", {c}")).unwrap_or_default();
+        let words = format!("Row {}, {}{on}", self.name, self.look.word());
         let (which, place) =
             if self.kind == Kind::Landmark { ("first", &self.numbers[..2]) } else { ("last", &self.numbers[2..4]) };
         match place {
@@ -226,7 +230,8 @@ fn show_row(ui: &mut egui::Ui, row: &Row, cells: &[(usize, f32, f32)], focus: &m
     }
     // Where the column cuts the name, the pointer shows it whole.
     response.on_hover_ui_at_pointer(|ui| {
-        ui.label(format!("{}, {}", row.name, row.state()));
+        let on = row.crossing.as_ref().map(|c| format!(", on the crossing in {c}")).unwrap_or_default();
+        ui.label(format!("{}, {}{on}", row.name, row.state()));
     });
     let (text, weak) = (visuals.text_color(), visuals.weak_text_color());
     let quiet = !row.look.is_mark();
@@ -273,6 +278,7 @@ fn rows(scene: Scene<'_>, chosen: &[u32], gaps: &[Gap], list: List) -> Vec<Row> 
                 name: l.name.clone(),
                 numbers: [shown.then_some(at[0]), shown.then_some(at[1]), None, None, residual, None, None, None],
                 sure: None,
+                crossing: None,
                 id,
             });
         }
@@ -319,6 +325,7 @@ fn feature_row(scene: Scene<'_>, v: u32, kind: Kind, residual: Option<f64>) -> R
             o.field.sigma.get(i).copied().filter(|_| believed),
         ],
         sure: points::suggestion(scene, v).map(|s| s.confidence),
+        crossing: points::crossing_of(scene, v).map(crossing_words),
         id,
     }
 }

@@ -4,7 +4,8 @@ use egui::{Button, RichText, Slider};
 
 use super::{FramesView, points};
 use crate::gui::action_state::ActionState;
-use crate::gui::suggesting::Status;
+use crate::gui::run_command::capital;
+use crate::gui::suggesting::{Status, Through};
 use crate::gui::{Action, Command, Scene, keys, theme};
 
 /// Shows the part.
@@ -42,6 +43,18 @@ pub fn show(
     });
     if let Status::Failed(why) = &scene.suggested.status {
         ui.colored_label(theme::palette(ui.visuals()).warn, why);
+    }
+    match &scene.suggested.through {
+        Through::Frames(frames, film) if count > 0 => {
+            let words = format!("followed through {frames} frames of {film}");
+            let hint = "The skin was followed from frame to frame, so that a large motion does not mislead.";
+            ui.label(RichText::new(words).weak()).on_hover_text(hint);
+        }
+        Through::Not(why) if count > 0 => {
+            let words = RichText::new("followed from the first frame to the last at once").weak();
+            ui.label(words).on_hover_text(capital(why) + ".");
+        }
+        _ => {}
     }
     if count == 0 && !matches!(scene.suggested.status, Status::Looking | Status::There) {
         return;

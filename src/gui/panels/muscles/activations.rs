@@ -23,7 +23,7 @@ pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView) {
     ui.horizontal_wrapped(|ui| {
         if view.question.muscles.is_some() {
             if ui
-                .button("Smallest set")
+                .button("Back to the smallest set")
                 .on_hover_text("Fit the laws to the fewest muscles that explain the field")
                 .clicked()
             {
