@@ -524,7 +524,8 @@ fn walk(
     let (between, source) = match (way, source) {
         (Way::Through(between), Some(source)) => (between, source),
         (Way::Missing(film), _) => {
-            let why = format!("{film}, from which the frames come, is not beside them; open it, and it is used");
+            let why =
+                format!("The film {film}, from which the frames come, is not beside them; open it, and it is used");
             return (Followed::default(), Through::Not(why));
         }
         _ => return (Followed::default(), Through::Directly),

@@ -4,7 +4,6 @@ use egui::{Button, RichText, Slider};
 
 use super::{FramesView, points};
 use crate::gui::action_state::ActionState;
-use crate::gui::run_command::capital;
 use crate::gui::suggesting::{Status, Through};
 use crate::gui::{Action, Command, Scene, keys, theme};
 
@@ -52,7 +51,7 @@ pub fn show(
         }
         Through::Not(why) if count > 0 => {
             let words = RichText::new("followed from the first frame to the last at once").weak();
-            ui.label(words).on_hover_text(capital(why) + ".");
+            ui.label(words).on_hover_text(format!("{why}."));
         }
         _ => {}
     }
