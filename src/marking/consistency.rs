@@ -46,7 +46,7 @@ const BEND_MM: f64 = 0.75;
 /// Least k: where neighbours are dense, bending says little.
 const LEAST_BEND: f64 = 1e-4;
 /// Shares of the bending: of the median about the mark, of the median of all, of the most about it, and of what two smooth motions differ by.
-const SHARES: [f64; 4] = [0.8, 2.9, 0.1, 1.1];
+const SHARES: [f64; 4] = [1.35, 3.3, 0.05, 1.0];
 
 /// Marks that are weighed against each other.
 ///
@@ -59,7 +59,7 @@ const SHARES: [f64; 4] = [0.8, 2.9, 0.1, 1.1];
 /// of the marks about from where *their* neighbours lead, τ² = max(0, e² / 2 − σ² − Σ λᵢ² σᵢ²) / k. The variance of a mark about its
 /// prediction is
 ///
-/// σ² + Σ λᵢ² σᵢ² + k (0.8 med + 2.9 all + 0.1 max) + 1.1 d²
+/// σ² + Σ λᵢ² σᵢ² + k (1.35 med + 3.3 all + 0.05 max) + d²
 ///
 /// with the median and the greatest τ² of the eight nearest marks, the median of all, and the distance d of a second prediction that knows no
 /// slopes (φ = − r^1.5). The four shares were chosen on rendered scenes so that true marks rarely stand out (`docs/accuracy.md`).
