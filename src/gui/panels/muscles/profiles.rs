@@ -117,12 +117,16 @@ fn legend(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView) {
     });
 }
 
-/// Limits of the vertical axis that hold both charts: the points with their bars, and the curves.
+/// Limits of the vertical axis that hold both charts: the points with their bars, and the curves as far as half beyond them. Where nothing was
+/// measured a law may say anything, and must not flatten what was.
 fn limits(profiles: [&Profile; 2]) -> [f64; 2] {
     let points = profiles.iter().flat_map(|p| p.observed.iter().filter(|o| o.believed));
-    let ends = points.flat_map(|o| [o.value - o.sigma, o.value + o.sigma]);
-    let curves = profiles.iter().flat_map(|p| &p.curves).flat_map(|c| &c.points).map(|p| p[1]);
-    let all = ends.chain(curves).filter(|v| v.is_finite());
+    let ends: Vec<f64> =
+        points.flat_map(|o| [o.value - o.sigma, o.value + o.sigma]).filter(|v| v.is_finite()).collect();
+    let most = 1.5 * ends.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let cut = if most > 0.0 { most } else { f64::MAX };
+    let curves = profiles.iter().flat_map(|p| &p.curves).flat_map(|c| &c.points).map(|p| p[1].clamp(-cut, cut));
+    let all = ends.iter().copied().chain(curves).filter(|v| v.is_finite());
     let (low, high) = all.fold((0.0_f64, 0.0_f64), |(a, b), v| (a.min(v), b.max(v)));
     match (low < 0.0, high > 0.0) {
         (false, false) => [0.0, 1.0],
