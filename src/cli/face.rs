@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 
 use super::error::CliError;
-use super::output;
 use super::scene::{face_at, is_generic};
 use crate::export::face_plate::{self, PlateOptions, Style, View};
 use crate::face::generic::proportions;
@@ -154,7 +153,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
                 height_px: *height,
             };
             let picture = face_plate::render(chosen.as_ref().unwrap_or(&face), &options)?;
-            let bytes = output::png(&picture).map_err(|source| CliError::Encode { name: "picture", source })?;
+            let bytes = crate::export::png(&picture).map_err(|source| CliError::Encode { name: "picture", source })?;
             write(out, &bytes)
         }
         Action::Generate { set, out } => {

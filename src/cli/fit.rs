@@ -9,8 +9,9 @@ use super::output::Output;
 use super::progress::Progress;
 use super::scene::{Frames, Scene};
 use super::shell_word;
-use crate::export::muscles::{self, Subject};
+use crate::export::muscles::Subject;
 use crate::export::{muscle_report, report};
+use crate::face::FaceModel;
 use crate::fit::Compare;
 use crate::muscle_field::subjects::carry;
 use crate::muscle_field::{Analysis, Include, Question, ladder};
@@ -103,22 +104,11 @@ impl Arguments {
     }
 
     /// The line that does the same again.
-    fn command(&self) -> String {
-        let word = |value: Option<clap::builder::PossibleValue>, usual: &str| {
-            value.map(|v| v.get_name().to_owned()).filter(|w| w != usual)
-        };
-        let others = self.test.iter().map(|path| ("--test", Some(shell_word(path))));
-        let with_value = [
-            ("--compare", word(self.compare.to_possible_value(), "tangential")),
-            ("--include", word(self.include.to_possible_value(), "believed")),
-            ("--muscles", (!self.muscles.is_empty()).then(|| self.muscles.join(","))),
-            ("--patch-mm", (self.patch_mm != 15.0).then(|| self.patch_mm.to_string())),
-        ];
+    fn command(&self, question: &Question, face: &FaceModel) -> String {
         let mut words = vec!["frontalis fit".to_owned(), shell_word(&self.project)];
         words.extend(["--out".to_owned(), shell_word(&self.out)]);
-        for (name, value) in with_value.into_iter().chain(others) {
-            words.extend(value.into_iter().flat_map(|value| [name.to_owned(), value]));
-        }
+        words.extend(question.arguments(face));
+        words.extend(self.test.iter().flat_map(|path| ["--test".to_owned(), shell_word(path)]));
         let switches = [(self.ladder, "--ladder"), (self.ignore_frames, "--ignore-frames")];
         words.extend(switches.iter().filter(|s| s.0).map(|s| s.1.to_owned()));
         words.join(" ")
@@ -165,16 +155,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         ladder: built.as_ref(),
         carried: &carried,
     };
-    let profiles = muscles::profiles(&subject);
-    output.write("activations.csv", muscles::activations(&subject).as_bytes())?;
-    output.write("profiles.csv", muscles::profiles_csv(&subject, &profiles).as_bytes())?;
-    output.write("profiles.svg", muscles::profiles_svg(&subject, &profiles).as_bytes())?;
-    output.write("fields.csv", muscles::fields_csv(&subject).as_bytes())?;
-    let timings_ms = progress.timings_ms();
-    let circumstances =
-        report::Circumstances { command: arguments.command(), timings_ms, remarks: scene.remarks.clone() };
-    output.write("fit.json", muscles::fit_json(&subject, &circumstances).as_bytes())?;
-    output.write("report.html", muscle_report::report(&subject, &circumstances)?.as_bytes())?;
+    let (timings_ms, command) = (progress.timings_ms(), arguments.command(&question, &scene.face));
+    let circumstances = report::Circumstances { command, timings_ms, remarks: scene.remarks.clone() };
+    for (name, bytes) in muscle_report::files(&subject, &circumstances)? {
+        output.write(name, &bytes)?;
+    }
     output.finish()?;
     drop(progress);
     say(&subject);

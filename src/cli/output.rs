@@ -52,7 +52,7 @@ impl Output {
 
     /// Adds a picture as PNG; gives its bytes.
     pub(super) fn write_png(&mut self, name: &'static str, picture: &image::RgbImage) -> Result<Vec<u8>, CliError> {
-        let bytes = png(picture).map_err(|source| CliError::Encode { name, source })?;
+        let bytes = crate::export::png(picture).map_err(|source| CliError::Encode { name, source })?;
         self.write(name, &bytes)?;
         Ok(bytes)
     }
@@ -104,13 +104,6 @@ impl Drop for Output {
 
 fn failed(path: PathBuf, source: io::Error) -> CliError {
     CliError::Write { path, source }
-}
-
-/// A picture as the bytes of a PNG file.
-pub(super) fn png(picture: &image::RgbImage) -> Result<Vec<u8>, image::ImageError> {
-    let mut bytes = io::Cursor::new(Vec::new());
-    picture.write_to(&mut bytes, image::ImageFormat::Png)?;
-    Ok(bytes.into_inner())
 }
 
 fn take_back(moved: &[(PathBuf, Option<PathBuf>)]) {

@@ -9,5 +9,6 @@ pub mod robust_range;
 pub mod surface_picture;
 pub mod svg;
 pub mod ticks;
+pub mod words;
 
 pub use colour_map::ColourMap;

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
+use super::muscle_tables::Table;
 use crate::draw::svg::escape;
 
 /// How it looks: figures in columns, pictures never cut by the end of a page.
@@ -52,8 +53,18 @@ impl Document {
         let _ = writeln!(self.body, "<pre>{}</pre>", escape_lines(text));
     }
 
-    /// A table; one row may be marked as the best.
-    pub fn table(&mut self, head: &[&str], rows: &[Vec<String>], best: Option<usize>) {
+    /// A table, its best row marked.
+    pub fn table(&mut self, table: &Table) {
+        let head: Vec<&str> = table.head.iter().map(|h| h.0).collect();
+        self.rows(&head, &table.rows, table.best);
+    }
+
+    /// A table without a best row.
+    pub fn plain_table(&mut self, head: &[&str], rows: &[Vec<String>]) {
+        self.rows(head, rows, None);
+    }
+
+    fn rows(&mut self, head: &[&str], rows: &[Vec<String>], best: Option<usize>) {
         let cells = |tag: &str, cells: &mut dyn Iterator<Item = &str>| {
             cells.fold(String::new(), |mut out, c| {
                 let _ = write!(out, "<{tag}>{}</{tag}>", escape(c));
@@ -107,7 +118,8 @@ mod tests {
         let mut d = Document::new("<script>", "a & b");
         d.paragraph("1 < 2");
         d.verbatim("frontalis fit 'a b'\n--out \"x\"");
-        d.table(&["law", "R²"], &[vec!["<b>".into(), "0.5".into()], vec!["Koch".into(), "0.4".into()]], Some(1));
+        let rows = vec![vec!["<b>".into(), "0.5".into()], vec!["Koch".into(), "0.4".into()]];
+        d.table(&Table { head: vec![("law", ""), ("R²", "")], rows, best: Some(1) });
         let html = d.finish();
         assert!(!html.contains("<script>") && !html.contains("<b>"));
         assert!(html.contains("<title>&lt;script&gt;</title>") && html.contains("<p>1 &lt; 2</p>"));

@@ -7,6 +7,7 @@ pub mod face_plate;
 pub mod height_map;
 pub mod homologous;
 pub mod muscle_report;
+pub mod muscle_tables;
 pub mod muscles;
 pub mod obj;
 pub mod report;
@@ -14,6 +15,13 @@ pub mod tps;
 pub mod vtk;
 
 pub use tps::NoFrame;
+
+/// A picture as the bytes of a PNG file.
+pub fn png(picture: &image::RgbImage) -> Result<Vec<u8>, image::ImageError> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    picture.write_to(&mut bytes, image::ImageFormat::Png)?;
+    Ok(bytes.into_inner())
+}
 
 /// A hand-made scene for the tests of this room: one triangle, 4 px/mm, two vertices marked and one unmeasured.
 #[cfg(test)]

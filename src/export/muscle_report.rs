@@ -1,19 +1,21 @@
 //! The report on one subject as one HTML file: what was found and how sure it is, with pictures, tables, settings, and the command that
 //! makes it again.
 
-use std::io::Cursor;
-
 use image::RgbImage;
 
 use super::document::Document;
 use super::height_map;
-use super::muscles::{Subject, activations_svg, error_text, ladder_svg, profiles, profiles_svg, title, with_interval};
+use super::muscle_tables::{self, error};
+use super::muscles::{self, Subject, activations_svg, ladder_svg, profiles, profiles_svg, title, with_interval};
+use super::png;
 use super::report::Circumstances;
 use crate::draw::ColourMap;
 use crate::draw::height_map::HeightMapError;
-use crate::draw::numbers::{fixed, significant, with_error};
+use crate::draw::numbers::{fixed, significant};
 use crate::draw::robust_range::automatic_range;
 use crate::draw::surface_picture::{self, SurfaceOptions};
+use crate::draw::svg;
+use crate::draw::words::{capital, sentence};
 use crate::fit::activations::Standing;
 use crate::fit::{FailedFit, LawFit};
 use crate::muscle_field::fibres::muscle_name;
@@ -32,6 +34,27 @@ pub enum ReportError {
     /// A picture as PNG.
     #[error("a picture of the report cannot be written as PNG: {0}")]
     Png(#[from] image::ImageError),
+}
+
+/// All files on the muscles: `fit.json`, `activations.csv`, `profiles.csv`, `profiles.svg`, `profiles.png`, `fields.csv`, `report.html`.
+///
+/// # Errors
+/// [`ReportError`].
+pub fn files(
+    subject: &Subject<'_>,
+    circumstances: &Circumstances,
+) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
+    let cut = profiles(subject);
+    let drawn = profiles_svg(subject, &cut);
+    Ok(vec![
+        ("fit.json", muscles::fit_json(subject, circumstances).into_bytes()),
+        ("activations.csv", muscles::activations(subject).into_bytes()),
+        ("profiles.csv", muscles::profiles_csv(subject, &cut).into_bytes()),
+        ("profiles.png", png(&svg::paint(&drawn, 1.0)?)?),
+        ("profiles.svg", drawn.into_bytes()),
+        ("fields.csv", muscles::fields_csv(subject).into_bytes()),
+        ("report.html", report(subject, circumstances)?.into_bytes()),
+    ])
 }
 
 /// The text of `report.html`.
@@ -53,7 +76,7 @@ pub fn report(subject: &Subject<'_>, circumstances: &Circumstances) -> Result<St
         d.warning(remark);
     }
     d.heading("The forces");
-    d.paragraph(&format!("{}.", capital(&outcome.peak().in_words(unit))));
+    d.paragraph(&sentence(&outcome.peak().in_words(unit)));
     d.picture(
         &png(&height_map::picture(subject.project, subject.face, outcome)?)?,
         "Length of the force on every vertex",
@@ -81,21 +104,7 @@ pub fn report(subject: &Subject<'_>, circumstances: &Circumstances) -> Result<St
     if let Some(ladder) = subject.ladder {
         d.heading("How much model the field needs");
         d.drawing(&ladder_svg(ladder), "Held-out error of each rung");
-        let rows: Vec<Vec<String>> = ladder
-            .rungs
-            .iter()
-            .map(|r| {
-                vec![
-                    r.failed.as_ref().map_or_else(|| r.name.clone(), |why| format!("{} (no fit: {why})", r.name)),
-                    r.step.to_owned(),
-                    r.parameters.to_string(),
-                    error_text(r.held_out.as_ref().map(|h| h.error)),
-                    r.r2.map_or_else(|| "–".into(), |x| fixed(x, 3)),
-                    significant(r.time_ms, 2),
-                ]
-            })
-            .collect();
-        d.table(&["Rung", "New", "Numbers", "Held-out error", "R²", "Time, ms"], &rows, ladder.recommended);
+        d.table(&muscle_tables::ladder(ladder));
     }
     for (other, carried) in subject.carried {
         tried_on(&mut d, other, carried);
@@ -111,16 +120,11 @@ pub fn report(subject: &Subject<'_>, circumstances: &Circumstances) -> Result<St
         Some(vec![which.to_owned(), f.path.clone(), format!("{} × {} px", f.width_px, f.height_px), f.sha256.clone()])
     };
     let rows: Vec<_> = [frame("first", &frames.first), frame("last", &frames.last)].into_iter().flatten().collect();
-    d.table(&["Frame", "File", "Size", "SHA-256"], &rows, None);
+    d.plain_table(&["Frame", "File", "Size", "SHA-256"], &rows);
     d.paragraph("Settings of the chain and of the fits:");
     d.verbatim(&serde_json::to_string_pretty(&subject.project.settings).unwrap_or_default());
     d.verbatim(&serde_json::to_string_pretty(&analysis.question).unwrap_or_default());
     Ok(d.finish())
-}
-
-fn capital(text: &str) -> String {
-    let mut chars = text.chars();
-    chars.next().map(|c| c.to_uppercase().chain(chars).collect()).unwrap_or_default()
 }
 
 /// What a hurried reader must know.
@@ -193,12 +197,6 @@ fn maps(subject: &Subject<'_>) -> Result<RgbImage, ReportError> {
     Ok(sheet)
 }
 
-fn png(picture: &RgbImage) -> Result<Vec<u8>, ReportError> {
-    let mut bytes = Cursor::new(Vec::new());
-    picture.write_to(&mut bytes, image::ImageFormat::Png)?;
-    Ok(bytes.into_inner())
-}
-
 fn activation_table(d: &mut Document, subject: &Subject<'_>) {
     let analysis = subject.analysis;
     let muscles = subject.face.muscles();
@@ -219,7 +217,7 @@ fn activation_table(d: &mut Document, subject: &Subject<'_>) {
         })
         .collect();
     let unit = subject.outcome.unit();
-    d.table(&["Muscle", &format!("Strength, {unit}"), "from", "to", ""], &rows, None);
+    d.plain_table(&["Muscle", &format!("Strength, {unit}"), "from", "to", ""], &rows);
     let explained = fixed(100.0 * analysis.activations.r_squared, 0);
     d.paragraph(&format!(
         "Together they explain {explained} % of the squared force of {} vertices.",
@@ -237,23 +235,7 @@ fn laws(d: &mut Document, subject: &Subject<'_>) {
     let names: Vec<String> =
         analysis.set.iter().map(|&f| muscle_name(&subject.face.muscles()[analysis.fibres[f].muscle])).collect();
     d.paragraph(&format!("All laws were fitted to the same forces with the same muscles: {}.", names.join("; ")));
-    let of_best = analysis.best.and_then(|b| analysis.laws[b].held_out.as_ref());
-    let rows: Vec<Vec<String>> = analysis
-        .laws
-        .iter()
-        .map(|row| {
-            let error = error_text(row.held_out.as_ref().map(|h| h.error));
-            let excess = row.held_out.as_ref().zip(of_best).map(|(h, best)| h.excess_over(best));
-            let excess =
-                excess.filter(|[e, _]| *e > 0.0 && *e < 10.0).map_or("–".into(), |[e, s]| with_error(e, Some(s)));
-            let numbers = fit_numbers(&row.fit);
-            [row.label(), error, excess].into_iter().chain(numbers).collect()
-        })
-        .collect();
-    let residual = format!("Residual, {}", subject.outcome.unit());
-    let head =
-        ["Law", "Held-out error", "Worse than the best by", "R²", &residual, "BIC", "Evaluations", "Time, ms", "Ended"];
-    d.table(&head, &rows, analysis.best);
+    d.table(&muscle_tables::laws(analysis, subject.outcome.unit()));
     let mut rows = Vec::new();
     for (row, fit) in analysis.laws.iter().filter_map(|r| Some((r, r.fit.as_ref().ok()?))) {
         for p in &fit.parameters {
@@ -266,56 +248,14 @@ fn laws(d: &mut Document, subject: &Subject<'_>) {
             rows.push([row.label(), p.label.to_owned()].into_iter().chain(numbers).chain([note.to_owned()]).collect());
         }
     }
-    d.table(&["Law", "Parameter", "Value", "from", "to", ""], &rows, None);
-}
-
-/// R², residual, BIC, evaluations, time, and why it ended.
-fn fit_numbers(fit: &Result<LawFit, FailedFit>) -> [String; 6] {
-    match fit {
-        Ok(fit) => [
-            fixed(fit.r2, 3),
-            significant(fit.rms, 3),
-            fixed(fit.bic, 1),
-            fit.evaluations.to_string(),
-            significant(fit.time_ms, 2),
-            in_words(&fit.ended),
-        ],
-        Err(failed) => {
-            let dash = || "–".to_owned();
-            let spent = [failed.evaluations.to_string(), significant(failed.time_ms, 2)];
-            let [evaluations, time] = spent;
-            [dash(), dash(), dash(), evaluations, time, failed.why.to_string()]
-        }
-    }
-}
-
-/// "gradient" and the like, as `fit.json` says it.
-fn in_words(ended: &impl serde::Serialize) -> String {
-    let value = serde_json::to_value(ended).unwrap_or_default();
-    value.as_str().map_or_else(|| value.to_string(), |s| s.replace('_', " "))
+    d.plain_table(&["Law", "Parameter", "Value", "from", "to", ""], &rows);
 }
 
 fn smallest_set(d: &mut Document, subject: &Subject<'_>) {
     let analysis = subject.analysis;
-    let selection = &analysis.selection;
-    let name = |f: usize| muscle_name(&subject.face.muscles()[analysis.fibres[f].muscle]);
     d.heading("The smallest set of muscles");
-    let least = selection.path.iter().map(|s| s.extended_bic).fold(f64::INFINITY, f64::min);
-    let rows: Vec<Vec<String>> = selection
-        .path
-        .iter()
-        .map(|s| {
-            vec![
-                s.added.map_or_else(|| "(none)".into(), name),
-                s.muscles.to_string(),
-                error_text(Some(s.held_out)),
-                fixed(s.extended_bic - least, 1),
-                fixed(s.r_squared, 3),
-            ]
-        })
-        .collect();
-    d.table(&["Muscle added", "Muscles", "Held-out error", "ΔBIC", "R²"], &rows, Some(selection.taken));
-    d.paragraph(&format!("Tested on {} patches of skin left out in turn.", selection.patches));
+    d.table(&muscle_tables::smallest_set(analysis, subject.face));
+    d.paragraph(&format!("Tested on {} patches of skin left out in turn.", analysis.selection.patches));
 }
 
 fn tried_on(d: &mut Document, other: &str, carried: &crate::muscle_field::subjects::Carried) {
@@ -328,7 +268,7 @@ fn tried_on(d: &mut Document, other: &str, carried: &crate::muscle_field::subjec
         d.warning(&format!("That face lacks {}; they were left out.", carried.missing.join(", ")));
     }
     let r2 = |fit: &Result<LawFit, FailedFit>| fit.as_ref().map_or_else(|_| "–".into(), |f| fixed(f.r2, 3));
-    let error = |held_out: &Option<crate::muscle_field::HeldOut>| error_text(held_out.as_ref().map(|h| h.error));
+    let held_out = |held_out: &Option<crate::fit::HeldOut>| error(held_out.as_ref().map(|h| h.error));
     let rows: Vec<Vec<String>> = carried
         .rows
         .iter()
@@ -337,12 +277,12 @@ fn tried_on(d: &mut Document, other: &str, carried: &crate::muscle_field::subjec
                 row.label.clone(),
                 row.as_fitted_r2.map_or_else(|| "–".into(), |x| fixed(x.max(-9.99), 3)),
                 r2(&row.shape_carried),
-                error(&row.shape_carried_held_out),
+                held_out(&row.shape_carried_held_out),
                 r2(&row.refitted),
-                error(&row.refitted_held_out),
+                held_out(&row.refitted_held_out),
             ]
         })
         .collect();
     let head = ["Law", "R² as fitted", "R², shape carried", "held-out error", "R², refitted", "held-out error"];
-    d.table(&head, &rows, None);
+    d.plain_table(&head, &rows);
 }

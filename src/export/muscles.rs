@@ -5,17 +5,18 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::csv::{numbers, quoted};
-use super::report::Circumstances;
+use super::report::{Circumstances, Origin};
 use crate::draw::line_chart::{Axis, Bar, BarChart, COLOURS, HEADING, LineChart, Series, Style, Value, sheet};
-use crate::draw::numbers::{fixed, significant};
+use crate::draw::numbers::significant;
 use crate::face::FaceModel;
+use crate::fit::HeldOut;
 use crate::fit::activations::{Activation, Standing, UnitStrength};
 use crate::fit::selection::Selection;
 use crate::muscle_field::fibres::muscle_name;
 use crate::muscle_field::fields::fields;
 use crate::muscle_field::profiles::{Part, Profile, Way, profile_of_laws};
 use crate::muscle_field::subjects::Carried;
-use crate::muscle_field::{Analysis, HeldOut, Ladder, LawRow, Question};
+use crate::muscle_field::{Analysis, Ladder, LawRow, Question};
 use crate::pipeline::Outcome;
 use crate::project::Project;
 
@@ -47,10 +48,8 @@ pub struct Subject<'a> {
 
 #[derive(Serialize)]
 struct Report<'a> {
-    program: &'static str,
-    version: &'static str,
-    command: &'a str,
-    project: &'a str,
+    #[serde(flatten)]
+    origin: Origin<'a>,
     face: &'a str,
     force_unit: &'static str,
     question: &'a Question,
@@ -128,10 +127,7 @@ pub fn fit_json(subject: &Subject<'_>, circumstances: &Circumstances) -> String 
     let activations = analysis.activations.muscles.iter().enumerate();
     let confusable = analysis.activations.confusable.iter();
     let report = Report {
-        program: env!("CARGO_PKG_NAME"),
-        version: env!("CARGO_PKG_VERSION"),
-        command: &circumstances.command,
-        project: &subject.project.name,
+        origin: Origin::of(subject.project, circumstances),
         face: subject.face.name(),
         force_unit: subject.outcome.unit(),
         question: &analysis.question,
@@ -333,13 +329,4 @@ pub fn fields_csv(subject: &Subject<'_>) -> String {
 /// "0.42 N (0.31 to 0.53)".
 pub(super) fn with_interval(value: f64, [low, high]: [f64; 2], unit: &str) -> String {
     format!("{} {unit} ({} to {})", significant(value, 3), significant(low, 2), significant(high, 2))
-}
-
-/// An error of ten is as far from the truth as one of a million.
-pub(super) fn error_text(error: Option<f64>) -> String {
-    match error {
-        Some(error) if error < 10.0 => fixed(error, 3),
-        Some(_) => "above 10".to_owned(),
-        None => "–".to_owned(),
-    }
 }

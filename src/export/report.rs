@@ -19,12 +19,26 @@ pub struct Circumstances {
     pub remarks: Vec<String>,
 }
 
+/// Where a report comes from: its first fields.
 #[derive(Serialize)]
-struct Report<'a> {
+pub(super) struct Origin<'a> {
     program: &'static str,
     version: &'static str,
     command: &'a str,
     project: &'a str,
+}
+
+impl<'a> Origin<'a> {
+    pub(super) fn of(project: &'a Project, circumstances: &'a Circumstances) -> Self {
+        let (program, version) = (env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION"));
+        Self { program, version, command: &circumstances.command, project: &project.name }
+    }
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    #[serde(flatten)]
+    origin: Origin<'a>,
     face: Face<'a>,
     frames: &'a FramePair,
     vertices_by_state: ByState,
@@ -117,10 +131,7 @@ pub fn report(project: &Project, face: &FaceModel, outcome: &Outcome, circumstan
     let count = |state| outcome.states.iter().filter(|s| **s == state).count();
     let residuals = outcome.fit.residuals_before_px.iter().map(|(id, r)| (id.as_str(), *r)).collect();
     let report = Report {
-        program: "frontalis",
-        version: env!("CARGO_PKG_VERSION"),
-        command: &circumstances.command,
-        project: &project.name,
+        origin: Origin::of(project, circumstances),
         face: Face {
             name: face.name(),
             source: &project.face,

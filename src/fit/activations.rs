@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::design::Design;
 use super::law_fit::Noise;
 use super::non_negative::{self, Ended, NonNegative, NormalEquations};
-use super::{student, student_tail};
+use super::student;
 
 /// Confidence of the intervals.
 const CONFIDENCE: f64 = 0.95;
@@ -113,8 +113,8 @@ pub fn activations(design: &Design, allowed: Option<&[bool]>, noise: Noise) -> A
         Noise::Estimated => misfit,
         Noise::Given => 1.0,
     };
-    let freedom_of_t = if noise == Noise::Given { 1e9 } else { freedom as f64 };
-    let t = student::two_sided_95(if noise == Noise::Given { None } else { Some(freedom) });
+    let freedom_of_t = (noise != Noise::Given).then_some(freedom);
+    let t = student::two_sided_95(freedom_of_t);
     let inverse = inverse_on(&normal, &found.active);
     let covariance = &inverse * variance;
     let muscles = (0..normal.len())
@@ -192,7 +192,7 @@ fn inverse_on(normal: &NormalEquations, set: &[usize]) -> DMatrix<f64> {
 }
 
 /// The value that a strength, known as `estimate` (≤ 0) ± `sigma` and known not to be negative, exceeds with 5 %.
-fn limit_above_zero(estimate: f64, sigma: f64, freedom: f64) -> f64 {
+fn limit_above_zero(estimate: f64, sigma: f64, freedom: Option<usize>) -> f64 {
     if sigma <= 0.0 {
         return 0.0;
     }
@@ -201,8 +201,8 @@ fn limit_above_zero(estimate: f64, sigma: f64, freedom: f64) -> f64 {
     if zero > 30.0 {
         return -(1.0 - CONFIDENCE).ln() * sigma / zero;
     }
-    let tail = (1.0 - CONFIDENCE) * student_tail::upper_tail(zero, freedom);
-    (estimate + sigma * student_tail::exceeded_with(tail, freedom)).max(0.0)
+    let tail = (1.0 - CONFIDENCE) * student::upper_tail(zero, freedom);
+    (estimate + sigma * student::exceeded_with(tail, freedom)).max(0.0)
 }
 
 fn confusable(

@@ -31,6 +31,18 @@ pub enum Compare {
     Magnitudes,
 }
 
+impl Compare {
+    /// Word of files and of the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Vectors => "vectors",
+            Self::Tangential => "tangential",
+            Self::Along => "along",
+            Self::Magnitudes => "magnitudes",
+        }
+    }
+}
+
 /// Whose strengths are fitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -48,6 +60,7 @@ pub mod comparison;
 pub mod design;
 mod estimate;
 pub mod field;
+pub mod held_out;
 pub mod law_fit;
 mod law_model;
 pub mod levenberg_marquardt;
@@ -57,13 +70,13 @@ pub mod patches;
 pub mod selection;
 mod sharp_side;
 pub mod student;
-pub mod student_tail;
 
 pub use activations::{Activation, Activations, activations};
-pub use comparison::{Candidate, Comparison, compare_laws};
+pub use comparison::{Candidate, Comparison, candidates, compare_laws};
 pub use design::{Design, DesignError};
 pub use estimate::{Estimate, LawFit, Misfit, Passed, Strength, WeakDirection};
 pub use field::{Field, FieldError};
+pub use held_out::{HeldOut, Patches, Pulling};
 pub use law_fit::{FailedFit, LawFitOptions, Method, NoFit, Noise, fit_law, fit_law_to};
 pub use selection::{Selection, SelectionSettings, smallest_set};
 

@@ -1,102 +1,73 @@
-//! Student's t distribution: how many standard errors an interval reaches to each side.
+//! Student's t: how many standard errors an interval reaches, and limits that are exceeded with a given probability.
+//!
+//! `freedom` is the number of degrees of freedom, at least 1; `None` where the variance is known, so that the distribution is normal.
 
-use std::f64::consts::{FRAC_2_PI, PI};
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-/// Half width, in standard errors, of an interval that holds the truth in 95 % of cases, for `freedom` ≥ 1 degrees of freedom;
-/// `None` freedom: the variance is known, 1.959964.
+/// Half width, in standard errors, of an interval that holds the truth in 95 % of cases.
 pub fn two_sided_95(freedom: Option<usize>) -> f64 {
-    const NORMAL: f64 = 1.959_963_984_540_054;
-    match freedom {
-        None => NORMAL,
-        Some(n) if n >= 200 => expansion(NORMAL, n as f64),
-        Some(n) => {
-            // Newton on the probability within ±t, from the expansion, which is near enough from 3 degrees on.
-            let mut t = if n < 3 { [12.7, 4.3][n.saturating_sub(1)] } else { expansion(NORMAL, n as f64) };
-            for _ in 0..20 {
-                let step = (within(t, n) - 0.95) / (2.0 * density(t, n));
-                t -= step;
-                if step.abs() < 1e-12 * t {
-                    break;
-                }
-            }
-            t
-        }
-    }
+    exceeded_with(0.025, freedom)
 }
 
-/// Quantile of Student's t from that of the normal distribution. Abramowitz and Stegun 26.7.5.
-fn expansion(z: f64, n: f64) -> f64 {
-    let z2 = z * z;
-    let g1 = (z2 + 1.0) * z / 4.0;
-    let g2 = ((5.0 * z2 + 16.0) * z2 + 3.0) * z / 96.0;
-    let g3 = (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) * z / 384.0;
-    let g4 = ((((79.0 * z2 + 776.0) * z2 + 1482.0) * z2 - 1920.0) * z2 - 945.0) * z / 92_160.0;
-    z + (g1 + (g2 + (g3 + g4 / n) / n) / n) / n
+/// Probability that t is exceeded.
+pub fn upper_tail(t: f64, freedom: Option<usize>) -> f64 {
+    distribution(freedom).map_or_else(|| Normal::standard().sf(t), |d| d.sf(t))
 }
 
-/// Probability of |T| < t. Abramowitz and Stegun 26.7.3 and 26.7.4, finite sums.
-fn within(t: f64, n: usize) -> f64 {
-    let theta = (t / (n as f64).sqrt()).atan();
-    let (sin, cos) = theta.sin_cos();
-    let odd = n % 2 == 1;
-    if n == 1 {
-        return FRAC_2_PI * theta;
-    }
-    // 1 + (1/2) cos² + (1·3)/(2·4) cos⁴ + …, or cos + (2/3) cos³ + (2·4)/(3·5) cos⁵ + …
-    let (mut term, mut sum) = if odd { (cos, cos) } else { (1.0, 1.0) };
-    let mut k = if odd { 3 } else { 2 };
-    while k + 2 <= n {
-        term *= cos * cos * (k - 1) as f64 / k as f64;
-        sum += term;
-        k += 2;
-    }
-    if odd { FRAC_2_PI * (theta + sin * sum) } else { sin * sum }
+/// The value that is exceeded with this probability, between 0 and 1.
+pub fn exceeded_with(probability: f64, freedom: Option<usize>) -> f64 {
+    // Both are symmetric, and a small probability is told more exactly than its complement.
+    let p = probability.clamp(f64::MIN_POSITIVE, 1.0);
+    -distribution(freedom).map_or_else(|| Normal::standard().inverse_cdf(p), |d| d.inverse_cdf(p))
 }
 
-/// Density of Student's t.
-fn density(t: f64, n: usize) -> f64 {
-    // Γ((n+1)/2) / Γ(n/2) by its recurrence in steps of 2, from Γ(1)/Γ(½) = 1/√π and Γ(3/2)/Γ(1) = √π/2.
-    let mut ratio = if n % 2 == 1 { 1.0 / PI.sqrt() } else { PI.sqrt() / 2.0 };
-    let mut k = if n % 2 == 1 { 1 } else { 2 };
-    while k < n {
-        ratio *= (k + 1) as f64 / k as f64;
-        k += 2;
-    }
-    let n = n as f64;
-    ratio / (n * PI).sqrt() * (1.0 + t * t / n).powf(-0.5 * (n + 1.0))
+fn distribution(freedom: Option<usize>) -> Option<StudentsT> {
+    freedom.and_then(|n| StudentsT::new(0.0, 1.0, n.max(1) as f64).ok())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Tables: Abramowitz and Stegun, 26.10; the normal quantile 1.959964.
     #[test]
-    fn quantiles_of_the_printed_tables() {
-        // Any table of Student's t, 97.5 %; 200 degrees are where the expansion takes over.
+    fn quantiles_of_the_tables() {
         let table = [
-            (1, 12.706_205),
-            (2, 4.302_653),
-            (3, 3.182_446),
-            (4, 2.776_445),
-            (5, 2.570_582),
-            (10, 2.228_139),
-            (29, 2.045_230),
-            (30, 2.042_272),
-            (60, 2.000_298),
-            (120, 1.979_930),
+            (Some(1), 0.025, 12.706),
+            (Some(2), 0.025, 4.303),
+            (Some(5), 0.025, 2.571),
+            (Some(5), 0.05, 2.015),
+            (Some(10), 0.005, 3.169),
+            (Some(30), 0.025, 2.042),
+            (Some(120), 0.025, 1.980),
+            (None, 0.025, 1.960),
         ];
-        for (n, t) in table {
-            assert!((two_sided_95(Some(n)) - t).abs() < 1e-6, "{n}: {} is not {t}", two_sided_95(Some(n)));
+        for (freedom, tail, t) in table {
+            let found = exceeded_with(tail, freedom);
+            assert!((found - t).abs() < 6e-4, "{freedom:?} {tail}: {found}");
         }
-        assert!((within(two_sided_95(Some(200)), 200) - 0.95).abs() < 1e-10);
-        assert!((two_sided_95(Some(1_000_000)) - two_sided_95(None)).abs() < 3e-6);
+        assert!((two_sided_95(None) - 1.959_963_984_540_054).abs() < 1e-9);
+        assert!((two_sided_95(Some(100_000)) - 1.959_963_984_540_054 - 2.4e-5).abs() < 1e-5);
+    }
+
+    /// With one degree of freedom it is Cauchy's: P(T > t) = ½ − arctan(t)/π; with two, ½ − t / (2 √(2 + t²)).
+    #[test]
+    fn one_and_two_degrees_of_freedom_in_closed_form() {
+        for t in [-3.0, -0.4, 0.0, 0.01, 0.7, 2.0, 11.0, 400.0] {
+            assert!((upper_tail(t, Some(1)) - (0.5 - f64::atan(t) / std::f64::consts::PI)).abs() < 1e-13);
+            assert!((upper_tail(t, Some(2)) - (0.5 - t / (2.0 * (2.0 + t * t).sqrt()))).abs() < 1e-13);
+        }
+        assert_eq!(upper_tail(0.0, Some(7)), 0.5);
+        assert!((exceeded_with(0.9, Some(3)) + exceeded_with(0.1, Some(3))).abs() < 1e-10);
     }
 
     #[test]
-    fn the_density_is_the_slope_of_the_probability() {
-        for n in [1, 2, 3, 8, 151] {
-            let slope = (within(1.5 + 1e-5, n) - within(1.5 - 1e-5, n)) / 4e-5;
-            assert!((slope - density(1.5, n)).abs() < 1e-8, "{n}");
+    fn a_limit_is_exceeded_with_the_probability_asked_for_also_far_out() {
+        for freedom in [Some(3), Some(50), Some(181), Some(1833), None] {
+            for p in [0.3, 0.025, 1e-4, 1e-12] {
+                let back = upper_tail(exceeded_with(p, freedom), freedom);
+                assert!((back / p - 1.0).abs() < 1e-9, "{freedom:?} {p}: {back}");
+            }
         }
     }
 }

@@ -15,6 +15,7 @@ use super::modal::Modal;
 use super::pictures::file_name;
 use super::view_state::NoticeKind;
 use crate::customize::transfer;
+use crate::draw::words::capital;
 use crate::face::check::{self, Report};
 use crate::face::draft::{Bindings, DraftEdit, FaceDraft};
 use crate::face::import::{self, ImportOptions, Keep};
@@ -245,7 +246,7 @@ impl App {
         if let Some(open) = &mut self.face_work.open
             && let Err(why) = open.draft.apply(edit)
         {
-            self.tell(NoticeKind::Refused, super::run_command::capital(&why), ctx);
+            self.tell(NoticeKind::Refused, capital(&why), ctx);
         }
     }
 

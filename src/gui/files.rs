@@ -262,12 +262,16 @@ impl App {
 
     /// Writes the results into a folder, in the background.
     fn export(&mut self, folder: PathBuf, ctx: &egui::Context) {
-        let project = self.project().clone();
-        let (face, outcome) = (Arc::clone(&self.face), self.outcome.clone());
         let named = self.document.path.as_ref().map_or_else(|| "PROJECT".into(), |p| p.display().to_string());
-        let command = format!("frontalis solve '{named}' --out '{}'", folder.display());
+        let results = export_results::Results {
+            project: self.project().clone(),
+            face: Arc::clone(&self.face),
+            outcome: self.outcome.clone(),
+            muscles: self.muscle_work.current(self.stamp),
+            named: [format!("'{named}'"), format!("'{}'", folder.display())],
+        };
         self.jobs.start(ctx, "Writing the results", About::Person, move |progress| {
-            let written = export_results::write(&folder, &project, &face, &outcome, command, progress);
+            let written = export_results::write(&folder, &results, progress);
             (!progress.is_cancelled()).then(|| Finished::Exported(written.map(|()| folder)))
         });
     }

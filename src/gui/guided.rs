@@ -3,9 +3,9 @@
 use super::Scene;
 use super::app::App;
 use super::panels::frames::{SideTab, Tool, guide, points};
-use super::run_command::capital;
 use super::suggesting;
 use super::view_state::{NoticeKind, Workspace};
+use crate::draw::words::capital;
 use crate::project::{Edit, MarkState, PointId, Role, Which, edit};
 
 impl App {

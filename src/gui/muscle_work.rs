@@ -60,6 +60,17 @@ impl MuscleWork {
         }
     }
 
+    /// The answer to what is asked of the outcome shown, with the ladder if it was built on it; none while another is on its way.
+    pub fn current(&self, stamp: Stamp) -> Option<(Arc<Analysis>, Option<Arc<Ladder>>)> {
+        let (asked, _) = self.asked.as_ref()?;
+        let analysis = self.answer.as_ref()?.as_ref().ok().filter(|_| *asked == stamp && !self.is_looking())?;
+        let ladder = match &self.ladder {
+            LadderWork::Built(number, ladder) if *number == self.answered => Some(Arc::clone(ladder)),
+            _ => None,
+        };
+        Some((Arc::clone(analysis), ladder))
+    }
+
     /// Whether the ladder is being built.
     pub fn is_building(&self) -> bool {
         matches!(self.ladder, LadderWork::Building)

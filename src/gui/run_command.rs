@@ -15,6 +15,7 @@ use super::panels::palette::PaletteView;
 use super::pictures::Source;
 use super::view_state::{Notice, NoticeKind, Workspace};
 use super::{Command, keys, pictures};
+use crate::draw::words::capital;
 use crate::frames::Adjustment;
 use crate::project::{Edit, FrameRef, MarkState, Role, paths};
 
@@ -343,10 +344,4 @@ impl App {
             }
         }
     }
-}
-
-/// The text with a capital letter.
-pub(super) fn capital(text: &str) -> String {
-    let mut chars = text.chars();
-    chars.next().map(|c| c.to_uppercase().chain(chars).collect()).unwrap_or_default()
 }

@@ -6,13 +6,14 @@ use std::sync::Arc;
 use egui::{Color32, Painter, Pos2, Stroke, Vec2};
 use nalgebra::Point2;
 
+use super::Scene;
 use super::app::App;
 use super::panels::frames::drag::Target;
 use super::panels::frames::{Tool, guide, points};
 use super::suggesting::Suggested;
 use super::theme::on_picture;
 use super::view_state::{NoticeKind, Workspace};
-use super::{Scene, run_command};
+use crate::draw::words::capital;
 use crate::marking::tracking::Prepared;
 use crate::project::{Edit, PointId, Which};
 use crate::suggest::{self, Refined, Refinement};
@@ -118,7 +119,7 @@ impl App {
                 self.view.frames.trace = Some(trace);
             }
             Err(why) => {
-                let text = format!("{} stays where it is: {why}.", run_command::capital(&id.to_string()));
+                let text = format!("{} stays where it is: {why}.", capital(&id.to_string()));
                 self.tell(NoticeKind::Refused, text, ctx);
             }
         }

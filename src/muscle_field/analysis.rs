@@ -4,14 +4,13 @@ use nalgebra::{Point3, Vector3};
 use serde::Serialize;
 
 use super::fibres::{FibreOf, fibres};
-use super::held_out::{HeldOut, HeldOutPatches};
 use super::ladder::ROUNDING;
 use super::samples::{Include, Samples};
 use crate::face::FaceModel;
 use crate::fit::activations::{self, Activations};
 use crate::fit::design::{Design, DesignError};
 use crate::fit::selection::{Selection, SelectionSettings, smallest_set};
-use crate::fit::{Compare, FailedFit, LawFit, LawFitOptions, Noise, Sample, fit_law};
+use crate::fit::{Compare, FailedFit, HeldOut, LawFit, LawFitOptions, Noise, Patches, Sample, candidates, fit_law};
 use crate::muscle::{Fibre, LawKind, Lobe, MuscleLaw};
 use crate::pipeline::Outcome;
 
@@ -32,6 +31,29 @@ impl Default for Question {
     fn default() -> Self {
         // Depth is what one camera does not see: the part in the skin is what a frame shows.
         Self { include: Include::default(), compare: Compare::Tangential, muscles: None, patch_radius_mm: 15.0 }
+    }
+}
+
+impl Question {
+    /// The words of `frontalis fit` that ask the same of a project fitted with this face; none for the usual question.
+    pub fn arguments(&self, face: &FaceModel) -> Vec<String> {
+        let usual = Self::default();
+        let mut words = Vec::new();
+        let mut add = |name: &str, value: String| words.extend([name.to_owned(), value]);
+        if self.compare != usual.compare {
+            add("--compare", self.compare.name().to_owned());
+        }
+        if self.include != usual.include {
+            add("--include", self.include.name().to_owned());
+        }
+        if let Some(muscles) = &self.muscles {
+            let ids: Vec<&str> = muscles.iter().filter_map(|&m| Some(face.muscles().get(m)?.id.as_str())).collect();
+            add("--muscles", ids.join(","));
+        }
+        if self.patch_radius_mm != usual.patch_radius_mm {
+            add("--patch-mm", self.patch_radius_mm.to_string());
+        }
+        words
     }
 }
 
@@ -217,12 +239,13 @@ impl Analysis {
         };
 
         let of_set: Vec<Fibre> = set.iter().map(|&f| lines[f].clone()).collect();
-        let patches = HeldOutPatches::new(&positions, question.patch_radius_mm);
+        let patches = Patches::new(&of_set, &samples.samples, question.patch_radius_mm);
         let options = LawFitOptions { compare: question.compare, ..LawFitOptions::default() };
         let mut laws = Vec::new();
-        for law in contenders() {
+        for law in candidates() {
             let fit = fit_law(&law, &of_set, &samples.samples, &options);
-            let held_out = fit.as_ref().ok().and_then(|fit| patches.refit(fit, &of_set, &samples.samples, &options));
+            let held_out =
+                fit.as_ref().ok().and_then(|fit| left_out(&patches, fit, &of_set, &samples.samples, &options));
             laws.push(LawRow { law, fit, held_out });
             pause(stop)?;
         }
@@ -259,11 +282,15 @@ impl Analysis {
     }
 }
 
-/// The laws that are compared, each with its default shape.
-pub fn contenders() -> Vec<MuscleLaw> {
-    let mut all: Vec<MuscleLaw> = LawKind::ALL.map(MuscleLaw::default_of).to_vec();
-    all.extend(MuscleLaw::default_of(LawKind::Anatomical).with_lobe(Some(Lobe::AtAttachment)));
-    all
+/// A fit's law on patches left out, each time fitted from where the whole fit ended.
+pub(super) fn left_out(
+    patches: &Patches,
+    fit: &LawFit,
+    fibres: &[Fibre],
+    samples: &[Sample],
+    options: &LawFitOptions,
+) -> Option<HeldOut> {
+    patches.law(&fit.law, fibres, samples, &LawFitOptions { variants: false, starts: 1, ..options.clone() })
 }
 
 /// Several muscles at once are linear in their strengths only where directions are compared.

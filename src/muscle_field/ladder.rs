@@ -7,12 +7,11 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::analysis::{Analysis, Pull};
-use super::held_out::{HeldOut, HeldOutPatches};
+use super::analysis::{Analysis, Pull, left_out};
 use super::samples::Samples;
 use crate::face::FaceModel;
 use crate::fit::activations;
-use crate::fit::{Compare, LawFit, LawFitOptions, Noise, Sample, Strengths, fit_law};
+use crate::fit::{Compare, HeldOut, LawFit, LawFitOptions, Noise, Patches, Sample, Strengths, fit_law};
 use crate::forces::SpringRule;
 use crate::muscle::{Fibre, LawKind, Lobe, MuscleLaw};
 use crate::pipeline::{self, Outcome, Workspace};
@@ -61,9 +60,8 @@ pub fn ladder(
     stop: &dyn Fn() -> bool,
     progress: &dyn Fn(f64),
 ) -> Option<Ladder> {
-    let positions: Vec<_> = analysis.samples.samples.iter().map(|s| s.position).collect();
-    let patches = HeldOutPatches::new(&positions, analysis.question.patch_radius_mm);
     let all: Vec<Fibre> = analysis.fibres.iter().map(|f| f.fibre.clone()).collect();
+    let patches = Patches::new(&analysis.set_fibres(), &analysis.samples.samples, analysis.question.patch_radius_mm);
     let field = Trial { patches: &patches, compare: analysis.question.compare };
     let plain = analysis.shape;
     let anatomical = MuscleLaw::default_of(LawKind::Anatomical);
@@ -158,7 +156,7 @@ enum Shape {
 
 /// The field on which rungs are tried.
 struct Trial<'a> {
-    patches: &'a HeldOutPatches,
+    patches: &'a Patches,
     compare: Compare,
 }
 
@@ -171,7 +169,7 @@ impl Rung {
 
 impl Trial<'_> {
     fn nothing(&self, samples: &[Sample], fibres: &[Fibre]) -> Option<HeldOut> {
-        self.patches.test(samples, self.compare, fibres, |_| Some(|_: &Sample| nalgebra::Vector3::zeros()))
+        self.patches.test(samples, self.compare, fibres, |_| (|_: &Sample| nalgebra::Vector3::zeros(), true))
     }
 
     #[expect(clippy::too_many_arguments, reason = "a rung is a row of a table, and these are its columns")]
@@ -195,7 +193,7 @@ impl Trial<'_> {
                 step,
                 parameters: numbers(&fit),
                 r2: Some(fit.r2),
-                held_out: self.patches.refit(&fit, fibres, samples, &options),
+                held_out: left_out(self.patches, &fit, fibres, samples, &options),
                 time_ms: fit.time_ms,
                 failed: None,
             },
@@ -214,15 +212,15 @@ impl Trial<'_> {
         let found = activations::activations(&design, None, Noise::default());
         let time_ms = began.elapsed().as_secs_f64() * 1e3;
         let held_out = self.patches.test(samples, compare, fibres, |left| {
-            let design = pull.design(fibres, left, compare).ok()?;
-            let strengths = activations::activations(&design, None, Noise::default()).strengths();
-            Some(move |s: &Sample| {
-                fibres
-                    .iter()
-                    .zip(strengths.iter())
-                    .map(|(f, x)| pull.force(f, &s.position) * *x)
-                    .sum::<nalgebra::Vector3<f64>>()
-            })
+            let design = pull.design(fibres, left, compare);
+            let found = design.map(|d| activations::activations(&d, None, Noise::default()).strengths());
+            let (strengths, fitted) = (found.as_ref().ok().cloned(), found.is_ok());
+            let foretold = move |s: &Sample| {
+                let strengths = strengths.iter().flat_map(|x| x.iter());
+                let pulls = fibres.iter().zip(strengths).map(|(f, x)| pull.force(f, &s.position) * *x);
+                pulls.sum::<nalgebra::Vector3<f64>>()
+            };
+            (foretold, fitted)
         });
         Rung {
             name: name.to_owned(),

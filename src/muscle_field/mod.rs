@@ -9,7 +9,6 @@
 pub mod analysis;
 pub mod fibres;
 pub mod fields;
-pub mod held_out;
 pub mod ladder;
 pub mod maps;
 pub mod profiles;
@@ -19,7 +18,6 @@ pub mod subjects;
 
 pub use analysis::{Analysis, LawRow, Nothing, Pull, Question};
 pub use fibres::{FibreAt, FibreOf};
-pub use held_out::{HeldOut, HeldOutPatches};
 pub use ladder::{Ladder, Rung};
 pub use samples::{Include, Samples};
 

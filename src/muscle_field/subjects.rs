@@ -2,12 +2,11 @@
 
 use serde::Serialize;
 
-use super::analysis::{Analysis, Nothing, contenders};
+use super::analysis::{Analysis, Nothing, left_out};
 use super::fibres::fibres;
-use super::held_out::{HeldOut, HeldOutPatches};
 use super::samples::Samples;
 use crate::face::FaceModel;
-use crate::fit::{FailedFit, LawFit, LawFitOptions, fit_law};
+use crate::fit::{FailedFit, HeldOut, LawFit, LawFitOptions, Patches, candidates, fit_law};
 use crate::muscle::Fibre;
 use crate::pipeline::Outcome;
 
@@ -71,26 +70,25 @@ pub fn carry(
     if lines.is_empty() {
         return Err(Nothing::NoMuscles);
     }
-    let positions: Vec<_> = samples.samples.iter().map(|s| s.position).collect();
-    let patches = HeldOutPatches::new(&positions, analysis.question.patch_radius_mm);
+    let patches = Patches::new(&lines, &samples.samples, analysis.question.patch_radius_mm);
     let options = LawFitOptions { compare: analysis.question.compare, ..LawFitOptions::default() };
     let row = |start: &crate::muscle::MuscleLaw, fit: &LawFit| {
         let held = LawFitOptions { variants: false, ..options.clone() }.with_shape_held(&fit.law);
         let shape_carried = fit_law(&fit.law, &lines, &samples.samples, &held);
         let refitted = fit_law(start, &lines, &samples.samples, &options);
-        let left_out = |fit: &Result<LawFit, FailedFit>, options: &LawFitOptions| {
-            fit.as_ref().ok().and_then(|fit| patches.refit(fit, &lines, &samples.samples, options))
+        let held_out = |fit: &Result<LawFit, FailedFit>, options: &LawFitOptions| {
+            fit.as_ref().ok().and_then(|fit| left_out(&patches, fit, &lines, &samples.samples, options))
         };
         CarriedRow {
             label: fit.label.clone(),
             as_fitted_r2: as_fitted(fit, &kept, &lines, &samples),
-            shape_carried_held_out: left_out(&shape_carried, &held),
-            refitted_held_out: left_out(&refitted, &options),
+            shape_carried_held_out: held_out(&shape_carried, &held),
+            refitted_held_out: held_out(&refitted, &options),
             shape_carried,
             refitted,
         }
     };
-    let starts = contenders();
+    let starts = candidates();
     let fitted = starts.iter().zip(&analysis.laws).filter_map(|(start, r)| Some((start, r.fit.as_ref().ok()?)));
     let rows = fitted.map(|(start, fit)| row(start, fit));
     Ok(Carried { rows: rows.collect(), muscles, missing, samples: samples.len() })

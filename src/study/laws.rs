@@ -1,20 +1,17 @@
 //! The four muscle laws on one field of forces, on equal terms: the same samples, each law refitted, each judged on patches of skin that it
 //! did not see.
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use rayon::prelude::*;
 
-use crate::fit::{Compare, Design, LawFit, LawFitOptions, Sample, fit_law, non_negative, patches};
-use crate::muscle::{Fibre, LawKind, Lobe, MuscleLaw};
+use crate::fit::{Compare, LawFit, LawFitOptions, Patches, Pulling, Sample, candidates, fit_law};
+use crate::muscle::{Fibre, MuscleLaw};
 
 /// Radius of the patches that are left out, mm.
 const PATCH_RADIUS_MM: f64 = 15.0;
 /// Skin farther than this from every fibre says nothing about a law, mm.
 const REACH_MM: f64 = 30.0;
-/// Largest share of a fibre's squared force (by any law as it starts) in one patch; a patch with more is cut in two.
-const MOST_OF_A_MUSCLE: f64 = 0.5;
 /// Resamplings for an interval.
 const RESAMPLINGS: usize = 4000;
 
@@ -31,14 +28,11 @@ pub struct Contender {
 
 /// The four laws, and the anatomical one with a second lobe beside them.
 pub fn contenders() -> Vec<Contender> {
-    let anatomical = MuscleLaw::default_of(LawKind::Anatomical);
-    let mut all: Vec<Contender> = LawKind::ALL
-        .map(|kind| Contender { name: kind.label(), start: MuscleLaw::default_of(kind), ranked: true })
-        .to_vec();
-    if let Some(start) = anatomical.with_lobe(Some(Lobe::AtAttachment)) {
-        all.push(Contender { name: "Anatomical, second lobe", start, ranked: false });
-    }
-    all
+    let contender = |start: MuscleLaw| {
+        let ranked = start.lobes() == 1;
+        Contender { name: if ranked { start.kind().label() } else { "Anatomical, second lobe" }, start, ranked }
+    };
+    candidates().into_iter().map(contender).collect()
 }
 
 /// How one law did on one field.
@@ -56,7 +50,7 @@ pub struct Standing {
     pub strengths_n: Vec<f64>,
     /// Share of the squared forces that is explained on the samples themselves, with those strengths.
     pub r2: f64,
-    /// Squared error on each patch with the fit to the others, N².
+    /// Squared error on each patch with the fit to the others, as a share of the squared forces of all.
     pub of_patch: Vec<f64>,
     /// Patches without which no fit was found: there the law keeps the shape with which it starts.
     pub failed_patches: usize,
@@ -77,7 +71,7 @@ pub struct Comparison {
     pub rms_n: f64,
     /// The laws in their order.
     pub standings: Vec<Standing>,
-    /// Σ force² of each patch, N².
+    /// Share of the squared forces that lies on each patch.
     of_patch: Vec<f64>,
 }
 
@@ -97,142 +91,46 @@ impl Difference {
     }
 }
 
-/// Fits every law to the samples near the fibres, once to all of them and once without each patch, and judges it on the patch.
-///
-/// The shape comes from [`fit_law`]; then the strengths are found anew, none negative, with a weak preference for none at all: a
-/// strength is taken to be of the size of the largest force or less (λ = residual variance / largest force²). Without that, a muscle of which
-/// the patch held most would get any strength whatever, and one such patch would decide the comparison. None without enough samples.
+/// Fits every law to the samples near the fibres, once to all of them and once without each patch, and judges it on the patch
+/// ([`crate::fit::held_out`]). None without enough samples.
 pub fn compare(fibres: &[Fibre], samples: &[Sample], compare: Compare) -> Option<Comparison> {
     let near = |s: &&Sample| fibres.iter().any(|f| f.distance_mm(&s.position) < REACH_MM);
     let samples: Vec<Sample> = samples.iter().filter(near).copied().collect();
-    let lists = patches_for(fibres, &samples);
-    let all: Vec<usize> = (0..samples.len()).collect();
-    let squares: Vec<f64> =
-        lists.iter().map(|list| Judge { fibres, samples: &samples, compare }.square(list)).collect();
-    if lists.len() < 3 || squares.iter().sum::<f64>() == 0.0 {
+    let patches = Patches::new(fibres, &samples, PATCH_RADIUS_MM);
+    if patches.len() < 3 || samples.iter().all(|s| s.force == Vector3::zeros()) {
         return None;
     }
-    let judge = Judge { fibres, samples: &samples, compare };
     let options = LawFitOptions { compare, ..LawFitOptions::default() };
-    let fitted = |start: &MuscleLaw, samples: &[Sample]| fit_law(start, fibres, samples, &options);
-    let standings = contenders()
-        .into_iter()
-        .map(|contender| {
-            let errors: Vec<(f64, bool)> = lists
-                .par_iter()
-                .map(|list| {
-                    let mut left = vec![false; samples.len()];
-                    for &i in list {
-                        left[i] = true;
-                    }
-                    let rest: Vec<usize> = all.iter().copied().filter(|&i| !left[i]).collect();
-                    let seen: Vec<Sample> = rest.iter().map(|&i| samples[i]).collect();
-                    let fit = fitted(&contender.start, &seen);
-                    let (law, strengths) = judge.shape(&contender.start, fit.as_ref().ok(), &rest);
-                    (judge.error(&law, &strengths, list), fit.is_err())
-                })
-                .collect();
-            let of_patch: Vec<f64> = errors.iter().map(|e| e.0).collect();
-            let [held_out_r2, low, high] = resampled(&squares, |k| squares[k] - of_patch[k]);
-            let fit = fitted(&contender.start, &samples);
-            let (law, strengths) = judge.shape(&contender.start, fit.as_ref().ok(), &all);
-            Standing {
-                law,
-                name: contender.name,
-                ranked: contender.ranked,
-                r2: 1.0 - judge.error(&law, &strengths, &all) / squares.iter().sum::<f64>(),
-                strengths_n: strengths.iter().copied().collect(),
-                fit: fit.map_err(|failed| failed.why.to_string()),
-                failed_patches: errors.iter().filter(|e| e.1).count(),
-                of_patch,
-                held_out_r2,
-                interval: [low, high],
-            }
+    let wholes = patches.wholes(&samples, compare, fibres);
+    let standing = |contender: Contender| {
+        let held_out = patches.law(&contender.start, fibres, &samples, &options)?;
+        let [held_out_r2, low, high] = resampled(&wholes, |k| wholes[k] - held_out.shares[k]);
+        let fit = fit_law(&contender.start, fibres, &samples, &options);
+        let found = Pulling::from_fit(&contender.start, fit.as_ref().ok(), fibres, &samples, &options);
+        Some(Standing {
+            name: contender.name,
+            ranked: contender.ranked,
+            r2: 1.0 - found.unexplained(fibres, &samples, compare),
+            law: found.law,
+            strengths_n: found.strengths.iter().copied().collect(),
+            fit: fit.map_err(|failed| failed.why.to_string()),
+            failed_patches: held_out.failed,
+            of_patch: held_out.shares,
+            held_out_r2,
+            interval: [low, high],
         })
-        .collect();
-    let rms_n = (squares.iter().sum::<f64>() / samples.len() as f64).sqrt();
-    Some(Comparison { samples: samples.len(), patches: lists.len(), rms_n, standings, of_patch: squares })
+    };
+    let standings = contenders().into_iter().map(standing).collect::<Option<Vec<_>>>()?;
+    let rms_n = (samples.iter().map(|s| shown(s, compare).norm_squared()).sum::<f64>() / samples.len() as f64).sqrt();
+    Some(Comparison { samples: samples.len(), patches: patches.len(), rms_n, standings, of_patch: wholes })
 }
 
-/// Patches of 15 mm; none holds more than half of what any law, as it starts, does with one fibre.
-fn patches_for(fibres: &[Fibre], samples: &[Sample]) -> Vec<Vec<usize>> {
-    let positions: Vec<_> = samples.iter().map(|s| s.position).collect();
-    let (of, count) = patches::patches(&positions, PATCH_RADIUS_MM);
-    let mut lists = patches::members(&of, count);
-    for contender in contenders().iter().filter(|c| c.ranked) {
-        for fibre in fibres {
-            let squares: Vec<f64> = positions.iter().map(|x| contender.start.force(fibre, x).norm_squared()).collect();
-            let most = MOST_OF_A_MUSCLE * squares.iter().sum::<f64>();
-            patches::split_where(&mut lists, &positions, |list| list.iter().map(|&i| squares[i]).sum::<f64>() > most);
-        }
+/// What of a force is compared.
+fn shown(sample: &Sample, compare: Compare) -> Vector3<f64> {
+    match compare {
+        Compare::Tangential => sample.force - sample.normal * sample.normal.dot(&sample.force),
+        _ => sample.force,
     }
-    lists
-}
-
-/// What laws are judged on.
-#[derive(Clone, Copy)]
-struct Judge<'a> {
-    fibres: &'a [Fibre],
-    samples: &'a [Sample],
-    compare: Compare,
-}
-
-impl Judge<'_> {
-    fn shown(&self, force: Vector3<f64>, sample: &Sample) -> Vector3<f64> {
-        if self.compare == Compare::Tangential { force - sample.normal * sample.normal.dot(&force) } else { force }
-    }
-
-    /// Σ force² over some samples.
-    fn square(&self, list: &[usize]) -> f64 {
-        list.iter().map(|&i| self.shown(self.samples[i].force, &self.samples[i]).norm_squared()).sum()
-    }
-
-    /// Σ error² over some samples.
-    fn error(&self, law: &MuscleLaw, strengths: &DVector<f64>, list: &[usize]) -> f64 {
-        let error = |&i: &usize| {
-            let sample = &self.samples[i];
-            let pulls = (0..law.lobes()).flat_map(|lobe| self.fibres.iter().map(move |f| pull(law, lobe, f, sample)));
-            let sum: Vector3<f64> = pulls.zip(strengths.iter()).map(|(f, s)| f * *s).sum();
-            self.shown(sample.force - sum, sample).norm_squared()
-        };
-        list.iter().map(error).sum()
-    }
-
-    /// The fitted shape or the one at the start, whichever explains these samples better with strengths that are not negative (the fit lets
-    /// them be), and those strengths.
-    fn shape(&self, start: &MuscleLaw, fit: Option<&LawFit>, list: &[usize]) -> (MuscleLaw, DVector<f64>) {
-        let seen: Vec<Sample> = list.iter().map(|&i| self.samples[i]).collect();
-        let laws = fit.map(|fit| fit.law).into_iter().chain([*start]);
-        let tried = laws.map(|law| {
-            let strengths = self.strengths(&law, &seen);
-            (self.error(&law, &strengths, list), law, strengths)
-        });
-        let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
-        best.map_or_else(|| (*start, DVector::zeros(0)), |(_, law, strengths)| (law, strengths))
-    }
-
-    /// Strengths of every fibre, then of their second lobes.
-    fn strengths(&self, law: &MuscleLaw, samples: &[Sample]) -> DVector<f64> {
-        let columns = law.lobes() * self.fibres.len();
-        let Ok(mut design) = Design::new(samples, self.compare) else { return DVector::zeros(columns) };
-        for lobe in 0..law.lobes() {
-            for fibre in self.fibres {
-                design.add(samples.iter().map(|s| pull(law, lobe, fibre, s)));
-            }
-        }
-        let mut normal = design.normal_equations();
-        let largest = samples.iter().map(|s| s.force.norm()).fold(0.0, f64::max);
-        let residual = non_negative::solve(&normal, None).cost / design.observations() as f64;
-        for j in 0..columns {
-            normal.gram[(j, j)] += residual / (largest * largest).max(f64::MIN_POSITIVE);
-        }
-        non_negative::solve(&normal, None).strengths
-    }
-}
-
-/// Force of one lobe at a strength of 1 N; the second pulls away from the attachment.
-fn pull(law: &MuscleLaw, lobe: usize, fibre: &Fibre, sample: &Sample) -> Vector3<f64> {
-    law.lobe_force(lobe, fibre, &sample.position) * if lobe == 0 { 1.0 } else { -1.0 }
 }
 
 impl Comparison {
@@ -280,6 +178,7 @@ pub fn over_fields(values: &[f64]) -> Option<Difference> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::muscle::LawKind;
     use crate::study::activation_trial::fibres_and_samples;
 
     /// A field that a law made is foretold by that law on patches it did not see, and by it best.

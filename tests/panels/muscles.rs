@@ -2,6 +2,7 @@
 
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
+use frontalis::gui::dialogs::Purpose;
 use frontalis::gui::panels::muscles::{Second, Tab};
 use frontalis::gui::{Command, Workspace};
 use frontalis::project::Project;
@@ -70,6 +71,22 @@ fn the_ladder_is_built_when_asked_for() {
     settle(&mut window);
     assert!(window.state().muscle_work().ladder().is_some());
     assert!(says(&window, "Recommended:"));
+}
+
+#[test]
+fn results_are_written_with_the_muscles_and_the_line_that_finds_them_again() {
+    let (mut window, folder) = window(|_| {});
+    window.state_mut().view_mut().muscles.question.compare = frontalis::fit::Compare::Along;
+    settle(&mut window);
+    let out = folder.path().join("out");
+    window.state_mut().push(Command::FilesChosen(Purpose::ExportFolder, vec![out.clone()]));
+    settle(&mut window);
+    for name in ["forces.csv", "fit.json", "activations.csv", "profiles.png", "fields.csv", "report.html"] {
+        assert!(out.join(name).is_file(), "{name}");
+    }
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(report.contains("frontalis fit &#39;PROJECT") || report.contains("frontalis fit 'PROJECT"), "the command");
+    assert!(report.contains("--compare along"));
 }
 
 #[test]

@@ -24,3 +24,12 @@ fn in_fixed_width(ui: &mut egui::Ui, contents: impl FnOnce(&mut egui::Ui)) {
     let size = egui::vec2(place.width(), child.min_rect().height());
     ui.advance_cursor_after_rect(egui::Rect::from_min_size(place.min, size));
 }
+
+/// Gives a combo box a name for screen readers and tests beside its value.
+fn name_combo(response: &egui::Response, name: &str, value: &str) {
+    response.widget_info(|| {
+        let mut info = egui::WidgetInfo::labeled(egui::Role::ComboBox, true, name);
+        info.current_text_value = Some(value.to_owned());
+        info
+    });
+}

@@ -209,6 +209,37 @@ impl Pixels {
     }
 }
 
+/// Sums that every step needs, lane by lane.
+struct Gathered {
+    pull: [Lanes; NUMBERS],
+    squares: Lanes,
+}
+
+impl Gathered {
+    fn none() -> Self {
+        Self { pull: [[0.0; LANES]; NUMBERS], squares: [0.0; LANES] }
+    }
+
+    /// Adds some pixels, whose difference is weighted.
+    #[inline(always)]
+    fn add(&mut self, c: &Compared, weight: &Lanes) {
+        let mut weighted = [0.0; LANES];
+        for k in 0..LANES {
+            weighted[k] = weight[k] * c.left[k];
+            self.squares[k] += weighted[k] * c.left[k];
+        }
+        for a in 0..NUMBERS {
+            for k in 0..LANES {
+                self.pull[a][k] += weighted[k] * c.rows[a][k];
+            }
+        }
+    }
+
+    fn sum(&self) -> Pull {
+        Pull { gradient: Numbers::from_fn(|a, _| lanes::sum(&self.pull[a])), squares: lanes::sum(&self.squares) }
+    }
+}
+
 impl Window {
     /// The corner of the pixel that the middle is moved to, and where in it.
     fn moved(&self, shift: [f64; 2]) -> ([i32; 2], [f32; 2]) {
@@ -231,16 +262,15 @@ impl WithSimd for All<'_> {
         let Self { window, last, n, shift } = self;
         let (corner, at) = window.moved(shift);
         let mut matrix = [[0.0; LANES]; NUMBERS * (NUMBERS + 1) / 2];
-        let mut pull = [[0.0; LANES]; NUMBERS];
-        let mut squares = [0.0; LANES];
+        let mut gathered = Gathered::none();
         for p in &window.pixels {
             let c = p.compared(last, corner, at, window.radius as f32, &n);
+            gathered.add(&c, &p.weight);
             let mut place = 0;
             for a in 0..NUMBERS {
                 let mut weighted = [0.0; LANES];
                 for k in 0..LANES {
                     weighted[k] = p.weight[k] * c.rows[a][k];
-                    pull[a][k] += weighted[k] * c.left[k];
                 }
                 for row in &c.rows[..=a] {
                     for k in 0..LANES {
@@ -249,18 +279,12 @@ impl WithSimd for All<'_> {
                     place += 1;
                 }
             }
-            for k in 0..LANES {
-                squares[k] += p.weight[k] * c.left[k] * c.left[k];
-            }
         }
         let matrix = Normal::from_fn(|a, b| {
             let (long, short) = (a.max(b), a.min(b));
             lanes::sum(&matrix[long * (long + 1) / 2 + short])
         });
-        Sums {
-            matrix,
-            pull: Pull { gradient: Numbers::from_fn(|a, _| lanes::sum(&pull[a])), squares: lanes::sum(&squares) },
-        }
+        Sums { matrix, pull: gathered.sum() }
     }
 }
 
@@ -278,21 +302,10 @@ impl WithSimd for Step<'_> {
     fn with_simd<S: Simd>(self, _: S) -> Pull {
         let Self { window, last, n, shift } = self;
         let (corner, at) = window.moved(shift);
-        let mut pull = [[0.0; LANES]; NUMBERS];
-        let mut squares = [0.0; LANES];
+        let mut gathered = Gathered::none();
         for p in &window.pixels {
-            let c = p.compared(last, corner, at, window.radius as f32, &n);
-            let mut weighted = [0.0; LANES];
-            for k in 0..LANES {
-                weighted[k] = p.weight[k] * c.left[k];
-                squares[k] += weighted[k] * c.left[k];
-            }
-            for a in 0..NUMBERS {
-                for k in 0..LANES {
-                    pull[a][k] += weighted[k] * c.rows[a][k];
-                }
-            }
+            gathered.add(&p.compared(last, corner, at, window.radius as f32, &n), &p.weight);
         }
-        Pull { gradient: Numbers::from_fn(|a, _| lanes::sum(&pull[a])), squares: lanes::sum(&squares) }
+        gathered.sum()
     }
 }

@@ -80,6 +80,11 @@ impl ForcesView {
         true
     }
 
+    /// How often the map has been painted since the outcome or what is shown of it changed: it is not while only the pointer moves.
+    pub fn paintings(&self) -> u64 {
+        self.prepared.as_ref().map_or(0, Prepared::paintings)
+    }
+
     /// Whether the colour range stays when the data change.
     pub fn range_is_locked(&self) -> bool {
         matches!(self.options.range, RangeMode::Locked(_))

@@ -41,6 +41,8 @@ pub(super) struct Drawn {
     from: DrawnFrom,
     projected: Arc<Projected>,
     painted: Painted,
+    /// How often it has been made, this time included.
+    times: u64,
 }
 
 /// In what form a drawing goes to the screen.
@@ -179,6 +181,11 @@ impl Prepared {
         }
     }
 
+    /// How often the map has been painted since the outcome or what is shown of it changed.
+    pub(super) fn paintings(&self) -> u64 {
+        self.drawn.as_ref().map_or(0, |d| d.times)
+    }
+
     /// The drawing of the last frame.
     pub(super) fn take_drawn(&mut self) -> Option<Drawn> {
         self.drawn.take()
@@ -224,9 +231,10 @@ impl Drawn {
         ctx: &egui::Context,
         draw: impl FnOnce(&Projected) -> Mesh,
     ) -> Self {
-        let before = match before {
+        let (before, times) = match before {
             Some(drawn) if drawn.from == from => return drawn,
-            before => before.map(|d| d.painted),
+            Some(drawn) => (Some(drawn.painted), drawn.times),
+            None => (None, 0),
         };
         let mesh = draw(&projected);
         let painted = match from.picture {
@@ -240,7 +248,7 @@ impl Drawn {
                 }
             }
         };
-        Self { from, projected, painted }
+        Self { from, projected, painted, times: times + 1 }
     }
 
     /// Shows it.

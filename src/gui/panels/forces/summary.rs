@@ -5,8 +5,9 @@ use nalgebra::Point3;
 
 use super::findings::Findings;
 use super::select;
+use crate::draw::words::sentence;
 use crate::gui::height_map::options::{significant, with_error};
-use crate::gui::{Command, Focus, Scene, run_command::capital};
+use crate::gui::{Command, Focus, Scene};
 use crate::muscle_field::fibres::{fibre_through, muscle_name};
 use crate::pipeline::{Outcome, Peak};
 
@@ -33,7 +34,7 @@ pub(super) fn show(
                 ui.weak(format!("in {}", muscle_name(&scene.face.muscles()[fibre.muscle])));
             }
         }
-        finding => _ = ui.label(capital(&finding.in_words(unit)) + "."),
+        finding => _ = ui.label(sentence(&finding.in_words(unit))),
     }
     if let Some((vertex, force)) = findings.larger {
         let (place, why) = why_not(outcome, vertex);

@@ -10,6 +10,7 @@ use crate::gui::height_map::{
     ColourCurve, ColourRange, Direction, ErrorDisplay, Exaggeration, MapOptions, Quantity, RangeMode, Relief,
 };
 use crate::gui::orbit_view::StandardView;
+use crate::gui::panels::name_combo;
 use crate::muscle_field::fibres::muscle_name;
 
 /// Shows the row; it wraps where the window is narrow.
@@ -45,7 +46,7 @@ fn quantity(ui: &mut Ui, scene: Scene<'_>, options: &mut MapOptions) {
                 ui.selectable_value(&mut options.quantity, quantity, quantity.label()).on_hover_text(quantity.hint());
             }
         });
-    name(&shown.response, "Quantity", options.quantity.label());
+    name_combo(&shown.response, "Quantity", options.quantity.label());
     shown.response.on_hover_text(options.quantity.hint());
     if options.quantity != before {
         options.begin_quantity();
@@ -68,17 +69,8 @@ fn quantity(ui: &mut Ui, scene: Scene<'_>, options: &mut MapOptions) {
                 }
             }
         });
-        name(&shown.response, "Direction", &text);
+        name_combo(&shown.response, "Direction", &text);
     }
-}
-
-/// Gives a combo box a name for screen readers and tests beside its value.
-fn name(response: &egui::Response, name: &str, value: &str) {
-    response.widget_info(|| {
-        let mut info = egui::WidgetInfo::labeled(egui::Role::ComboBox, true, name);
-        info.current_text_value = Some(value.to_owned());
-        info
-    });
 }
 
 fn range(ui: &mut Ui, view: &mut ForcesView) {

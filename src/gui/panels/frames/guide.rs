@@ -4,6 +4,7 @@ use egui::{ProgressBar, RichText, Vec2};
 
 use super::points::{self, STILL_REGION};
 use super::{FramesView, Tool, face_picture, marks, suggestions};
+use crate::draw::words::capital;
 use crate::gui::action_state::ActionState;
 use crate::gui::face_drawing::FaceDrawing;
 use crate::gui::keys::{self, KeyMap};
@@ -303,9 +304,4 @@ fn regions(
 /// "forehead_and_brows" as "forehead and brows".
 fn words(id: &str) -> String {
     id.replace('_', " ")
-}
-
-fn capital(text: &str) -> String {
-    let mut chars = text.chars();
-    chars.next().map(|c| c.to_uppercase().chain(chars).collect()).unwrap_or_default()
 }

@@ -3,22 +3,9 @@
 use egui::Ui;
 
 use super::{Shown, table};
-use crate::draw::numbers::{fixed, significant};
+use crate::export::muscle_tables;
 use crate::gui::Command;
 use crate::gui::muscle_work::MuscleWork;
-
-/// Titles of the table, each with what it means.
-const HEAD: [(&str, &str); 6] = [
-    ("Rung", "From one muscle with one number upwards"),
-    ("New", "What changes on this rung"),
-    ("Numbers", "Fitted"),
-    (
-        "Held-out error",
-        "Root of the share of the squared force missed on patches left out; with another skin, of the forces that it gives",
-    ),
-    ("R²", "Share of the squared force explained"),
-    ("Time", "Of one fit"),
-];
 
 /// Shows the ladder, or the button that builds it.
 pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>, work: &MuscleWork, commands: &mut Vec<Command>) {
@@ -33,23 +20,6 @@ pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>, work: &MuscleWork, commands: 
         }
         return;
     };
-    let rows: Vec<Vec<String>> = ladder
-        .rungs
-        .iter()
-        .map(|rung| {
-            let number = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), |x| fixed(x, 3));
-            let name =
-                rung.failed.as_ref().map_or_else(|| rung.name.clone(), |why| format!("{} (no fit: {why})", rung.name));
-            vec![
-                name,
-                rung.step.to_owned(),
-                rung.parameters.to_string(),
-                rung.held_out.as_ref().map_or_else(|| "–".to_owned(), |h| super::laws::error_text(h.error)),
-                number(rung.r2),
-                format!("{} ms", significant(rung.time_ms, 2)),
-            ]
-        })
-        .collect();
     if let Some(rung) = ladder.recommended.and_then(|r| ladder.rungs.get(r)) {
         ui.label(format!(
             "Recommended: {} ({} numbers). No rung does better by more than the standard error of the difference.",
@@ -57,5 +27,5 @@ pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>, work: &MuscleWork, commands: 
         ));
         ui.separator();
     }
-    table::show(ui, "ladder", &HEAD, &rows, ladder.recommended, None);
+    table::show(ui, "ladder", &muscle_tables::ladder(ladder), None);
 }

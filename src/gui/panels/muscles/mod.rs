@@ -15,6 +15,7 @@ use std::sync::Arc;
 use egui::{CentralPanel, Frame, Panel, Ui};
 use nalgebra::Point3;
 
+use crate::draw::words::sentence;
 use crate::fit::activations::Standing;
 use crate::gui::action::Action;
 use crate::gui::height_map::{ColourRange, Exaggeration, Layer, MapOptions, RangeMode, Relief};
@@ -212,13 +213,6 @@ fn waiting(ui: &mut Ui, words: &str) {
     CentralPanel::default().show(ui, |ui| {
         ui.centered_and_justified(|ui| ui.label(words));
     });
-}
-
-/// With a capital at its beginning and a full stop at its end.
-fn sentence(words: &str) -> String {
-    let mut letters = words.chars();
-    let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
-    format!("{first}{}.", letters.as_str())
 }
 
 fn both_maps(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView, focus: &mut Focus, commands: &mut Vec<Command>) {

@@ -3,18 +3,9 @@
 use egui::Ui;
 
 use super::{Shown, table};
-use crate::draw::numbers::fixed;
+use crate::export::muscle_tables;
 use crate::fit::selection::Stopped;
 use crate::muscle_field::fibres::muscle_name;
-
-/// Titles of the table, each with what it means.
-const HEAD: [(&str, &str); 5] = [
-    ("Muscle added", "The one that lowers the residual most"),
-    ("Muscles", "In the set"),
-    ("Held-out error", "Root of the share of the squared force missed on patches left out"),
-    ("ΔBIC", "Extended Schwarz criterion, with what is paid for having chosen among many, above the lowest"),
-    ("R²", "Share of the squared force explained"),
-];
 
 /// Shows the way.
 pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>) {
@@ -41,19 +32,5 @@ pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>) {
     };
     ui.label(format!("{set}{pruned} By {}, tested on {} patches.", analysis.shape.label(), selection.patches));
     ui.separator();
-    let least = selection.path.iter().map(|s| s.extended_bic).fold(f64::INFINITY, f64::min);
-    let rows: Vec<Vec<String>> = selection
-        .path
-        .iter()
-        .map(|step| {
-            vec![
-                step.added.map_or_else(|| "(none)".to_owned(), name),
-                step.muscles.to_string(),
-                fixed(step.held_out, 3),
-                fixed(step.extended_bic - least, 1),
-                fixed(step.r_squared, 3),
-            ]
-        })
-        .collect();
-    table::show(ui, "smallest set", &HEAD, &rows, Some(selection.taken), None);
+    table::show(ui, "smallest set", &muscle_tables::smallest_set(analysis, shown.scene.face), None);
 }

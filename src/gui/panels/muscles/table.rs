@@ -2,26 +2,21 @@
 
 use egui::{Align, Color32, Grid, Layout, RichText, Ui};
 
+use crate::export::muscle_tables::Table;
+
 /// Shows a table; gives the row that was clicked. The first column is words, the others are numbers.
-pub(super) fn show(
-    ui: &mut Ui,
-    name: &str,
-    head: &[(&str, &str)],
-    rows: &[Vec<String>],
-    best: Option<usize>,
-    chosen: Option<usize>,
-) -> Option<usize> {
+pub(super) fn show(ui: &mut Ui, name: &str, table: &Table, chosen: Option<usize>) -> Option<usize> {
     let mut clicked = None;
     egui::ScrollArea::both().id_salt(name).auto_shrink(false).show(ui, |ui| {
         Grid::new(name).striped(true).spacing([18.0, 5.0]).show(ui, |ui| {
-            for (column, (title, hint)) in head.iter().enumerate() {
+            for (column, (title, hint)) in table.head.iter().enumerate() {
                 cell(ui, column, RichText::new(*title).strong()).on_hover_text(*hint);
             }
             ui.end_row();
-            for (k, row) in rows.iter().enumerate() {
+            for (k, row) in table.rows.iter().enumerate() {
                 for (column, words) in row.iter().enumerate() {
                     if column == 0 {
-                        let label = if best == Some(k) { format!("{words} (best)") } else { words.clone() };
+                        let label = if table.best == Some(k) { format!("{words} (best)") } else { words.clone() };
                         if ui.selectable_label(chosen == Some(k), label).clicked() {
                             clicked = Some(k);
                         }

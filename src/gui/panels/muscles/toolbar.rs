@@ -6,6 +6,7 @@ use super::{MusclesView, Second, Shown, Tab, maps};
 use crate::fit::Compare;
 use crate::gui::height_map::{RangeMode, Relief};
 use crate::gui::orbit_view::{OrbitView, StandardView};
+use crate::gui::panels::name_combo;
 use crate::muscle_field::Include;
 use crate::muscle_field::profiles::Part;
 
@@ -32,7 +33,7 @@ pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView) {
                 }
             }
         });
-        named(&combo.response, "Law shown", &label);
+        name_combo(&combo.response, "Law shown", &label);
         ui.separator();
         ui.selectable_value(&mut view.part, Part::AlongFibre, "Along the fibres")
             .on_hover_text("The signed component: positive pulls to the bone, negative away from it");
@@ -109,13 +110,4 @@ fn compared(ui: &mut Ui, view: &mut MusclesView) {
     })
     .response
     .on_hover_text("What the laws are compared with");
-}
-
-/// Gives a combo box a name for screen readers and tests beside its value.
-fn named(response: &egui::Response, name: &str, value: &str) {
-    response.widget_info(|| {
-        let mut info = egui::WidgetInfo::labeled(egui::Role::ComboBox, true, name);
-        info.current_text_value = Some(value.to_owned());
-        info
-    });
 }
