@@ -67,6 +67,8 @@ pub mod muscle;
 
 pub mod fit;
 
+pub mod simulate;
+
 pub mod project;
 
 pub mod pipeline;
