@@ -111,13 +111,14 @@ pub enum CurveError {
     },
 }
 
-/// One straight piece: σ = `stress` + `slope` (ε − `strain`) from `from` on.
+/// One straight piece: σ = `stress` + `slope` (ε − `strain`) from `from` on; `energy` is ∫ σ dε from 0 to `strain`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Piece {
     from: f64,
     strain: f64,
     stress: f64,
     slope: f64,
+    energy: f64,
 }
 
 /// A change of slope by `slope` at `at`, counted outwards from zero strain.
@@ -220,6 +221,13 @@ impl StressStrainCurve {
         self.piece(strain).slope
     }
 
+    /// Energy density ∫₀^ε σ dε (kPa = mJ a cm³), stress σ and slope dσ/dε (kPa) at once.
+    pub fn energy_stress_slope_kpa(&self, strain: f64) -> [f64; 3] {
+        let p = self.piece(strain);
+        let over = strain - p.strain;
+        [p.energy + over * (p.stress + 0.5 * p.slope * over), p.stress + p.slope * over, p.slope]
+    }
+
     /// σ/ε, kPa: the stiffness that makes Thesis (4.1) return the curve; the slope at ε = 0, its limit from the stretched side.
     pub fn secant_kpa(&self, strain: f64) -> f64 {
         if strain == 0.0 { self.slope_kpa(0.0) } else { self.stress_kpa(strain) / strain }
@@ -238,7 +246,8 @@ impl StressStrainCurve {
     }
 
     fn piece(&self, strain: f64) -> &Piece {
-        let after = self.pieces.partition_point(|p| p.from <= strain);
+        // Counting them all is faster than searching: a dozen comparisons without a branch.
+        let after: usize = self.pieces.iter().map(|p| usize::from(p.from <= strain)).sum();
         &self.pieces[after.saturating_sub(1)]
     }
 }
@@ -311,12 +320,14 @@ fn hinges(run: &[Hinge]) -> Vec<Hinge> {
 /// Pieces in ascending order of strain, each anchored at its end nearer to the origin, so that nothing cancels near zero.
 fn pieces(pressed: &[Hinge], stretched: &[Hinge]) -> Vec<Piece> {
     let anchored = |run: &[Hinge]| {
-        let (mut at, mut slope, mut stress) = (0.0, 0.0, 0.0);
+        let (mut at, mut slope, mut stress, mut energy) = (0.0, 0.0, 0.0, 0.0);
         run.iter()
             .map(|h| {
-                stress += slope * (h.at - at);
+                let over = h.at - at;
+                energy += over * (stress + 0.5 * slope * over);
+                stress += slope * over;
                 (at, slope) = (h.at, h.slope);
-                (at, stress, slope)
+                (at, stress, slope, energy)
             })
             .collect::<Vec<_>>()
     };
@@ -325,16 +336,17 @@ fn pieces(pressed: &[Hinge], stretched: &[Hinge]) -> Vec<Piece> {
         .iter()
         .enumerate()
         .rev()
-        .map(|(i, &(u, stress, slope))| {
+        .map(|(i, &(u, stress, slope, energy))| {
             let from = negative.get(i + 1).map_or(f64::NEG_INFINITY, |next| -next.0);
-            Piece { from, strain: -u, stress: -stress, slope }
+            Piece { from, strain: -u, stress: -stress, slope, energy }
         })
         .collect();
-    pieces.extend(anchored(stretched).into_iter().map(|(e, stress, slope)| Piece {
+    pieces.extend(anchored(stretched).into_iter().map(|(e, stress, slope, energy)| Piece {
         from: e,
         strain: e,
         stress,
         slope,
+        energy,
     }));
     pieces
 }
@@ -439,6 +451,17 @@ mod tests {
             let curve = StressStrainCurve::new(DEFAULT_ROWS.to_vec(), contraction).unwrap();
             let (a, b) = (curve.stress_kpa(e), by_hinges(&curve, e));
             prop_assert!((a - b).abs() <= 1e-12 * a.abs(), "{a} {b}");
+        }
+
+        #[test]
+        fn the_energy_s_slope_is_the_stress(e in -0.6..0.7_f64) {
+            let curve = StressStrainCurve::default();
+            let h = 1e-5;
+            let energy = |e: f64| curve.energy_stress_slope_kpa(e)[0];
+            let d = (energy(e + h) - energy(e - h)) / (2.0 * h);
+            let [_, stress, slope] = curve.energy_stress_slope_kpa(e);
+            prop_assert!((d - stress).abs() < 0.05 && stress == curve.stress_kpa(e) && slope == curve.slope_kpa(e));
+            prop_assert!(energy(0.0) == 0.0 && energy(e) >= 0.0);
         }
 
         #[test]

@@ -1,0 +1,119 @@
+//! Where the skin comes to rest under the muscles' loads: projected Newton with a line search.
+//!
+//! The energy U(x) of [`System::forces`] is lowered until no free vertex is pulled along the surface any more. Every iteration
+//! solves H d = f with the positive part H of the stiffness matrix ([`super::newton`]), so it descends from any start, also from
+//! folded and compressed ones. It ends in *an* equilibrium: bare skin has several (`docs/errata.md`), skin over a skull need not.
+
+use nalgebra::{Point3, Vector3};
+
+use super::implicit_euler::Search;
+use super::newton::{Newton, OutOfMemory};
+use super::system::System;
+
+/// Why the search ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// No step longer than the tolerance is left.
+    Converged,
+    /// No step lowers the energy: rounding error, or a corner of the skin's law.
+    Stalled,
+    /// As many iterations as were allowed.
+    OutOfIterations,
+    /// The stiffness matrix has no factor.
+    NoFactor,
+}
+
+impl Ended {
+    /// For people.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::Stalled => "no step lowers the energy",
+            Self::OutOfIterations => "out of iterations",
+            Self::NoFactor => "the stiffness matrix has no factor",
+        }
+    }
+}
+
+/// Where the skin came to rest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Equilibrium {
+    /// Places, mm.
+    pub positions: Vec<Point3<f64>>,
+    /// Newton steps.
+    pub iterations: usize,
+    /// Largest force that is left along the surface, N.
+    pub residual_n: f64,
+    /// Potential energy, mJ.
+    pub energy_mj: f64,
+    /// Why it ended.
+    pub ended: Ended,
+    /// Triangles that have turned over: the skin is folded there.
+    pub folded: Vec<u32>,
+}
+
+/// Finds equilibria of one system; its matrix is ordered once.
+#[derive(Debug)]
+pub struct EquilibriumSolver {
+    newton: Newton,
+    search: Search,
+    forces: Vec<Vector3<f64>>,
+    /// Newton steps at most.
+    pub iterations: usize,
+    /// Length of the last Newton step that counts as none, mm.
+    pub tolerance_mm: f64,
+}
+
+impl EquilibriumSolver {
+    /// A solver for systems with the same mesh, fixed vertices and hold as this one.
+    ///
+    /// # Errors
+    /// Where memory for the matrix is not to be had.
+    pub fn new(system: &System) -> Result<Self, OutOfMemory> {
+        Ok(Self {
+            newton: Newton::new(system)?,
+            search: Search::default(),
+            forces: Vec::new(),
+            iterations: 200,
+            tolerance_mm: 1e-5,
+        })
+    }
+
+    /// The equilibrium found from a start (places that are then put where the vertices may be).
+    pub fn solve(&mut self, system: &System, start: &[Point3<f64>]) -> Equilibrium {
+        let mut x: Vec<Point3<f64>> = start.iter().enumerate().map(|(i, p)| system.allowed(i, p)).collect();
+        let mut energy = system.forces(&x, &mut self.forces);
+        let mut iterations = 0;
+        let ended = loop {
+            if iterations >= self.iterations {
+                break Ended::OutOfIterations;
+            }
+            if !self.newton.direction(system, &x, &self.forces, |_| 0.0, &mut self.search.direction) {
+                break Ended::NoFactor;
+            }
+            iterations += 1;
+            let longest = self.search.direction.iter().map(Vector3::norm_squared).fold(0.0, f64::max).sqrt();
+            let shortened = (LONGEST_MM / longest).min(1.0);
+            for d in &mut self.search.direction {
+                *d *= shortened;
+            }
+            let slope: f64 = self.search.direction.iter().zip(&self.forces).map(|(d, f)| d.dot(f)).sum();
+            let found = self.search.descend(system, &mut x, energy, slope, |x| system.potential(x));
+            let Some((share, _)) = found else {
+                break if longest < self.tolerance_mm { Ended::Converged } else { Ended::Stalled };
+            };
+            energy = system.forces(&x, &mut self.forces);
+            if longest * share < self.tolerance_mm {
+                break Ended::Converged;
+            }
+        };
+        let residual = |(i, f): (usize, &Vector3<f64>)| system.within(i, &x[i], *f).norm();
+        let residual_n = self.forces.iter().enumerate().map(residual).fold(0.0, f64::max);
+        let areas = system.doubled_areas(&x);
+        let folded = areas.iter().enumerate().filter(|(_, a)| **a < 0.0).map(|(t, _)| t as u32).collect();
+        Equilibrium { iterations, residual_n, energy_mj: energy, ended, folded, positions: x }
+    }
+}
+
+/// No vertex goes further in one iteration, mm: where the skin has no stiffness left, Newton's step says nothing.
+const LONGEST_MM: f64 = 10.0;
