@@ -73,6 +73,8 @@ pub mod project;
 
 pub mod pipeline;
 
+pub mod expression;
+
 pub mod muscle_field;
 
 pub mod doubt;

@@ -9,15 +9,15 @@ use serde_json::ser::{Formatter, PrettyFormatter, Serializer};
 
 /// Why a text is not what was asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct JsonFault {
+pub(crate) struct JsonFault {
     /// Line, from 1.
-    pub(super) line: usize,
+    pub(crate) line: usize,
     /// Column, from 1.
-    pub(super) column: usize,
+    pub(crate) column: usize,
     /// The field: `features.17.last.at_px[0]`; empty where the text is not JSON at all.
-    pub(super) place: String,
+    pub(crate) place: String,
     /// What is wrong.
-    pub(super) reason: String,
+    pub(crate) reason: String,
 }
 
 impl JsonFault {
@@ -31,7 +31,7 @@ impl JsonFault {
 }
 
 /// Writes a value with two spaces of indent and every list on one line: `"at_px": [512.25, 300.5]`.
-pub(super) fn write(value: &impl Serialize) -> serde_json::Result<Vec<u8>> {
+pub(crate) fn write(value: &impl Serialize) -> serde_json::Result<Vec<u8>> {
     let mut text = Vec::new();
     value.serialize(&mut Serializer::with_formatter(&mut text, ListsInline::default()))?;
     text.push(b'\n');
@@ -39,13 +39,13 @@ pub(super) fn write(value: &impl Serialize) -> serde_json::Result<Vec<u8>> {
 }
 
 /// Reads a value, after making sure that no object holds a key twice (readers would disagree on which one counts).
-pub(super) fn read<T: DeserializeOwned>(text: &str) -> Result<T, JsonFault> {
+pub(crate) fn read<T: DeserializeOwned>(text: &str) -> Result<T, JsonFault> {
     let _: KeysOnce = with_place(text)?;
     with_place(text)
 }
 
 /// Reads a value, naming the place of a fault.
-pub(super) fn with_place<T: DeserializeOwned>(text: &str) -> Result<T, JsonFault> {
+pub(crate) fn with_place<T: DeserializeOwned>(text: &str) -> Result<T, JsonFault> {
     let mut reader = serde_json::Deserializer::from_str(text);
     let value = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
         let place = e.path().to_string();
@@ -56,11 +56,11 @@ pub(super) fn with_place<T: DeserializeOwned>(text: &str) -> Result<T, JsonFault
 }
 
 /// The entries of an object but one.
-pub(super) struct Without<'k, A> {
+pub(crate) struct Without<'k, A> {
     /// All entries.
-    pub(super) entries: A,
+    pub(crate) entries: A,
     /// The key to leave out.
-    pub(super) key: &'k str,
+    pub(crate) key: &'k str,
 }
 
 impl<'de, A: MapAccess<'de>> MapAccess<'de> for Without<'_, A> {

@@ -7,7 +7,7 @@ pub mod faults;
 pub mod file;
 pub mod frames_check;
 pub mod history;
-mod json;
+pub(crate) mod json;
 pub mod paths;
 pub mod recent;
 pub mod sample;
