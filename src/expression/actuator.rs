@@ -7,9 +7,9 @@ use super::places::{Carry, nearest_seen};
 use super::preset::Expression;
 use super::ring::{Lid, Ring};
 use super::strength::{EXTRAS, Evidence, of_action_unit};
-use crate::face::check::borders_of;
 use crate::face::{FaceModel, Muscle, Side};
 use crate::muscle::{Fibre, FibreError, MuscleLaw};
+use crate::simulate::rim::rim;
 use crate::simulate::{Cutoff, InSurface, Jaw, Skin, Start, muscle_force};
 
 /// Which kind of muscle an actuator is.
@@ -142,10 +142,7 @@ impl Actuators {
 
         let (jaw, joined) = jaw::jaw(face, rest, &carry);
         notes.extend(joined);
-        let mut held = vec![false; mesh.len()];
-        for &v in borders_of(mesh).first().iter().flat_map(|rim| &rim.vertices) {
-            held[v as usize] = true;
-        }
+        let mut held = rim(mesh, rest);
         for id in ["eye_inner_left", "eye_inner_right", "eye_outer_left", "eye_outer_right"] {
             if let Some(corner) = face.landmark(id) {
                 held[corner.vertex as usize] = true;

@@ -32,3 +32,6 @@ pub use action_unit::{Basic, Dose};
 pub use actuator::{Actuator, ActuatorError, ActuatorSettings, Actuators, Kind, Loads};
 pub use preset::{Expression, ExpressionError, ExpressionFileError};
 pub use strength::Evidence;
+
+#[cfg(test)]
+mod tests;
