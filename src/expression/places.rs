@@ -46,9 +46,8 @@ impl Carry {
             })
             .collect();
         let count = pairs.len().max(1) as f64;
-        let mean =
-            |of: fn(&(Point3<f64>, Point3<f64>)) -> Vector3<f64>| pairs.iter().map(of).sum::<Vector3<f64>>() / count;
-        let (from, to) = (mean(|p| p.0.coords), mean(|p| p.1.coords));
+        let from = pairs.iter().map(|(p, _)| p.coords).sum::<Vector3<f64>>() / count;
+        let to = pairs.iter().map(|(_, q)| q.coords).sum::<Vector3<f64>>() / count;
         let scale = Vector3::from_fn(|a, _| {
             let (mut product, mut square) = (0.0, 0.0);
             for (p, q) in &pairs {

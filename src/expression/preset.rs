@@ -207,9 +207,9 @@ impl Expression {
             reason: fault.reason,
         };
         let text = std::str::from_utf8(bytes).map_err(|e| {
-            let before = &bytes[..e.valid_up_to()];
-            let line = before.iter().filter(|b| **b == b'\n').count() + 1;
-            let column = before.len() - before.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1) + 1;
+            let before = String::from_utf8_lossy(&bytes[..e.valid_up_to()]);
+            let line = before.split('\n').count();
+            let column = before.rsplit('\n').next().map_or(0, str::len) + 1;
             ExpressionFileError::Syntax {
                 path: path(),
                 line,
