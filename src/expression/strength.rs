@@ -40,6 +40,8 @@ const fn strength(action_units: &'static [u8], newton: f64, evidence: Evidence, 
 }
 
 const NEELY: &str = "Neely & Pomerantz 2002, Laryngoscope 112:1562";
+const LIDS: &str =
+    "closing an eye pulls 2.4 to 3.9 N in all: Neely & Pomerantz 2002; how 3.6 N are shared by rim and lids is assumed";
 const LIKE: &str = "as the cross-section of the zygomaticus major";
 
 /// Strengths at full activation, of one side; of an orbicularis oris, which has no side, of the whole. `docs/expressions.md` shows it.
@@ -52,8 +54,8 @@ pub const STRENGTHS: [Strength; 13] = [
         Evidence::Measured,
         "upper lid with the brow held, 42 people: Ofir, Belkin & Nemet, A novel technique for measuring eyelid force",
     ),
-    strength(&[6], 2.4, Evidence::Measured, "closing an eye pulls 2.4 to 3.9 N in all: Neely & Pomerantz 2002"),
-    strength(&[7], 1.2, Evidence::Measured, "the rest of what closes an eye"),
+    strength(&[6], 2.4, Evidence::Assumed, LIDS),
+    strength(&[7], 1.2, Evidence::Assumed, LIDS),
     strength(&[9], 1.7, Evidence::Assumed, LIKE),
     strength(&[10, 11, 13], 1.7, Evidence::Assumed, LIKE),
     strength(
