@@ -451,7 +451,7 @@ fn wrong_usage_is_status_2_and_help_names_every_command() {
         assert_eq!(frontalis(wrong).status.code(), Some(2), "{wrong:?}");
     }
     let help = done(&["--help"]);
-    for command in ["demo", "solve", "face", "twin", "export", "import", "suggest", "frames", "check"] {
+    for command in ["demo", "solve", "simulate", "face", "twin", "export", "import", "suggest", "frames", "check"] {
         assert!(help.contains(command), "{help}");
     }
     assert!(done(&["--version"]).starts_with("frontalis "));
@@ -687,4 +687,117 @@ fn a_fit_that_cannot_be_made_says_why_and_leaves_nothing() {
     let words = refused(&["fit", text(&unmarked), "--out", text(&fit)]);
     assert!(words.contains("no force can be believed yet"), "{words}");
     assert!(!fit.exists());
+}
+
+#[test]
+fn simulate_writes_the_contract_on_the_generic_face() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("out");
+    let said = done(&["simulate", "--expression", "surprise", "--out", text(&out), "--seconds", "1.5"]);
+    assert!(said.contains("Surprise: vertex") && said.contains("equilibrium: converged"), "{said}");
+    assert_eq!(names(&out), set(&["energy.csv", "expression.png", "positions.csv", "report.json"]));
+    let positions = fs::read_to_string(out.join("positions.csv")).unwrap();
+    let mut rows = positions.lines();
+    assert_eq!(rows.next().unwrap(), "vertex,x0_mm,y0_mm,z0_mm,x1_mm,y1_mm,z1_mm,f_N");
+    let rows: Vec<Vec<f64>> = rows.map(|r| r.split(',').map(|n| n.parse().unwrap()).collect()).collect();
+    assert_eq!(rows.len(), 612);
+    // A brow goes up, by more than a millimetre and by less than an eye is high.
+    let face = frontalis::face::generic();
+    let brow = &rows[face.muscles()[0].insertion as usize];
+    let up = brow[5] - brow[2];
+    assert!((1.0..25.0).contains(&up) && brow[7] > 0.0, "{up} mm");
+    let energy = fs::read_to_string(out.join("energy.csv")).unwrap();
+    assert!(energy.starts_with("time_s,kinetic_mJ,elastic_mJ,loads_mJ\n0,0,0,"));
+    // At rest, and 90 steps of 1/60 s.
+    assert_eq!(energy.lines().count(), 1 + 1 + 90);
+    let report: Value = serde_json::from_str(&fs::read_to_string(out.join("report.json")).unwrap()).unwrap();
+    assert_eq!(report["play"]["steps"], 90);
+    assert!(report["failure"].is_null() && report["equilibrium"]["residual_n"].as_f64().unwrap() < 1e-3);
+    assert!(report["equilibrium"]["farthest_from_play_mm"].as_f64().unwrap() < 1.0);
+    let command = report["command"].as_str().unwrap().to_owned();
+    assert!(command.starts_with("frontalis simulate --expression surprise --out "), "{command}");
+    let words: Vec<&str> = command.split(' ').skip(1).collect();
+    done(&words);
+}
+
+#[test]
+fn simulate_moves_the_face_of_a_project_by_an_expression_of_ones_own() {
+    let (dir, out) = sample();
+    let preset = dir.path().join("smirk.expression.json");
+    let smirk =
+        r#"{"frontalis_expression": 1, "name": "Smirk", "activations": {"zygomaticus_major_left": 1}, "jaw_deg": 0}"#;
+    fs::write(&preset, smirk).unwrap();
+    let project = out.join("sample.frontalis.json");
+    let to = dir.path().join("smirk");
+    done(&[
+        "simulate",
+        "--preset",
+        text(&preset),
+        text(&project),
+        "--out",
+        text(&to),
+        "--seconds",
+        "0",
+        "--intensity",
+        "0.5",
+    ]);
+    let report: Value = serde_json::from_str(&fs::read_to_string(to.join("report.json")).unwrap()).unwrap();
+    assert_eq!(report["expression"]["activations"]["zygomaticus_major_left"], 0.5);
+    let moved = |id: &str| report["landmarks"][id]["length_mm"].as_f64().unwrap();
+    assert!(moved("mouth_corner_left") > 3.0 * moved("mouth_corner_right"), "one side smiles");
+    assert_eq!(report["play"]["steps"], 0);
+}
+
+#[test]
+fn simulate_refuses_bad_names_with_a_line_that_lists_the_good_ones() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("out");
+    let with = |more: &[&str]| {
+        let mut words = vec!["simulate", "--out", text(&out)];
+        words.extend(more);
+        refused(&words)
+    };
+    for (words, says) in [
+        (&["--expression", "joy"][..], "choose one of surprise, happy, sad, anger, disgust, fear"),
+        (&["--expression", "sad", "--method", "euler"], "explicit_euler, symplectic_euler, runge_kutta_4, thesis"),
+        (&["--expression", "sad", "--law", "hill"], "waters_linear, waters_sheet, koch, anatomical"),
+        (&["--expression", "sad", "--hold", "glue"], "skull, anchors, bare"),
+        (&["--expression", "sad", "--stiffness", "0"], "--stiffness is 0; it must lie between 0.01 and 100"),
+        (&["--expression", "sad", "--intensity", "3"], "--intensity is 3; it must lie between 0 and 2"),
+        (&["--expression", "sad", "--seconds=-1"], "--seconds is -1"),
+        (&["--preset", "nowhere.expression.json"], "nowhere.expression.json: cannot be read"),
+    ] {
+        let line = with(words);
+        assert!(line.contains(says), "{words:?}: {line}");
+    }
+    assert!(!out.exists());
+    assert_eq!(frontalis(&["simulate", "--out", text(&out)]).status.code(), Some(2), "nothing to play");
+}
+
+#[test]
+fn a_play_that_fails_says_when_where_and_why_and_what_to_change() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("out");
+    let line = refused(&[
+        "simulate",
+        "--expression",
+        "happy",
+        "--out",
+        text(&out),
+        "--method",
+        "explicit_euler",
+        "--step-ms",
+        "33",
+        "--stiffness",
+        "100",
+        "--seconds",
+        "60",
+        "--ramp-s",
+        "0",
+    ]);
+    assert!(line.contains("Explicit Euler failed at step") && line.contains("implicit Euler"), "{line}");
+    let report: Value = serde_json::from_str(&fs::read_to_string(out.join("report.json")).unwrap()).unwrap();
+    let failure = &report["failure"];
+    assert!(failure["step"].as_u64().unwrap() > 0 && failure["vertex"].is_u64(), "{failure}");
+    assert!(report["equilibrium"].is_null());
 }

@@ -32,6 +32,20 @@ pub enum CliError {
     /// What was asked of a fit.
     #[error("{0}")]
     Question(String),
+    /// An expression file.
+    #[error(transparent)]
+    Expression(#[from] crate::expression::ExpressionFileError),
+    /// A face that cannot be made to move.
+    #[error(transparent)]
+    Stage(#[from] crate::expression::StageError),
+    /// A play that failed; its files are written as far as it came.
+    #[error("{failure} What it came to is in {}", .out.display())]
+    Played {
+        /// When, where, why, and what to change.
+        failure: Box<crate::simulate::Failure>,
+        /// Where its files are.
+        out: PathBuf,
+    },
     /// The report on the muscles.
     #[error(transparent)]
     Report(#[from] crate::export::muscle_report::ReportError),

@@ -12,6 +12,7 @@ mod import;
 mod output;
 mod progress;
 mod scene;
+mod simulate;
 mod solve;
 mod study;
 mod suggest;
@@ -46,6 +47,8 @@ pub enum Command {
     Solve(solve::Arguments),
     /// Fits muscles to a project's forces: fit.json, activations.csv, profiles.csv, profiles.svg, fields.csv, report.html.
     Fit(fit::Arguments),
+    /// Plays an expression on a face: positions.csv, energy.csv, expression.png, report.json.
+    Simulate(simulate::Arguments),
     /// Lists, shows, exports, checks and generates face models.
     Face(face::Arguments),
     /// Makes a scene of known truth: a project, two rendered frames with a painted grid, truth.csv, truth.json.
@@ -75,6 +78,7 @@ pub fn run(command: Command) -> ExitCode {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Solve(arguments) => solve::run(&arguments),
         Command::Fit(arguments) => fit::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Face(arguments) => face::run(&arguments),
         Command::Twin(arguments) => twin::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),

@@ -36,6 +36,19 @@ pub struct SurfaceOptions {
     pub title: String,
     /// Name and unit of the values; no legend where it is empty.
     pub quantity: String,
+    /// What is seen through openings.
+    pub fills: Vec<Fill>,
+}
+
+/// A flat shape in one colour, without light: an eye in its opening.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fill {
+    /// Its border, in order; it must be seen whole from its middle.
+    pub corners: Vec<Point3<f64>>,
+    /// Its colour.
+    pub colour: [u8; 3],
+    /// So much farther from the eye than it is, for what hides it, mm.
+    pub behind_mm: f64,
 }
 
 impl Default for SurfaceOptions {
@@ -49,6 +62,7 @@ impl Default for SurfaceOptions {
             range: [0.0, 1.0],
             title: String::new(),
             quantity: String::new(),
+            fills: Vec::new(),
         }
     }
 }
@@ -104,6 +118,15 @@ pub fn render(
             Corner { x: middle.0 + px_per_mm * q.x, y: middle.1 - px_per_mm * q.y, depth: -q.z }
         };
         corners.extend(shown.iter().map(|t| t.map(corner)));
+        for fill in &options.fills {
+            let place = |p: &Point3<f64>| {
+                let q = about * (p - centre);
+                Corner { x: middle.0 + px_per_mm * q.x, y: middle.1 - px_per_mm * q.y, depth: fill.behind_mm - q.z }
+            };
+            let inner = place(&middle_of(&fill.corners));
+            let next = fill.corners.iter().cycle().skip(1);
+            corners.extend(fill.corners.iter().zip(next).map(|(a, b)| [inner, place(a), place(b)]));
+        }
         if options.wireframe {
             let sides = shown.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).filter(|(a, b)| a < b);
             lines.extend(sides.map(|(a, b)| Line {
@@ -116,13 +139,17 @@ pub fn render(
         }
     }
     let light = Vector3::from(LIGHT).normalize();
+    let in_fills: Vec<[u8; 3]> = options.fills.iter().flat_map(|f| vec![f.colour; f.corners.len()]).collect();
+    let in_a_view = shown.len() + in_fills.len();
     let shade = |hit: super::raster::Hit| {
-        let t = shown[hit.triangle % shown.len()];
+        let Some(&t) = shown.get(hit.triangle % in_a_view) else {
+            return colour(in_fills[hit.triangle % in_a_view - shown.len()]);
+        };
         let blend = |of: &dyn Fn(usize) -> Vector3<f64>| -> Vector3<f64> {
             t.iter().zip(hit.weights).map(|(&i, w)| of(i) * w).sum()
         };
         let normal =
-            turns[hit.triangle / shown.len()] * blend(&|i| normals[i]).try_normalize(1e-12).unwrap_or_else(Vector3::z);
+            turns[hit.triangle / in_a_view] * blend(&|i| normals[i]).try_normalize(1e-12).unwrap_or_else(Vector3::z);
         let base = match values {
             None => CLAY,
             Some(values) => {
@@ -142,6 +169,11 @@ pub fn render(
     let mut picture = raster.draw(&corners, shade, &lines, |_, _| paper);
     svg::paint_over(&lettering(options, &raster, legend), &mut picture)?;
     Ok(picture)
+}
+
+fn middle_of(corners: &[Point3<f64>]) -> Point3<f64> {
+    let sum: Vector3<f64> = corners.iter().map(|p| p.coords).sum();
+    Point3::from(sum / corners.len().max(1) as f64)
 }
 
 fn lettering(options: &SurfaceOptions, raster: &Raster, legend: u32) -> String {
@@ -232,5 +264,18 @@ mod tests {
         let [r, g, b] = picture.get_pixel(100, 200).0;
         assert!(r.abs_diff(g) < 8 && g.abs_diff(b) < 12, "grey: {r} {g} {b}");
         assert!(render(&[], &[], None, &SurfaceOptions::default()).is_ok());
+    }
+
+    #[test]
+    fn a_fill_is_seen_through_an_opening_and_not_through_skin() {
+        let positions = SQUARE.map(Point3::from);
+        let fill = Fill { corners: positions.to_vec(), colour: [200, 30, 30], behind_mm: 1.0 };
+        let options =
+            SurfaceOptions { turns: vec![0.0], wireframe: false, fills: vec![fill], ..SurfaceOptions::default() };
+        // The lower right half of the square is skin, the upper left one is open.
+        let picture = render(&positions, &[[0, 1, 2]], None, &options).unwrap();
+        assert_eq!(picture.get_pixel(110, 236).0, [200, 30, 30]);
+        let [r, g, b] = picture.get_pixel(310, 436).0;
+        assert!(r.abs_diff(g) < 30 && g.abs_diff(b) < 30, "clay: {r} {g} {b}");
     }
 }

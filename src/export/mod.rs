@@ -3,6 +3,7 @@
 pub mod coco;
 pub mod csv;
 pub mod document;
+pub mod expression;
 pub mod face_plate;
 pub mod height_map;
 pub mod homologous;

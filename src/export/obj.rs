@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use nalgebra::Point3;
+
 use crate::face::FaceModel;
 use crate::pipeline::Outcome;
 use crate::project::Which;
@@ -27,17 +29,22 @@ pub fn obj(face: &FaceModel, outcome: &Outcome, which: Which) -> String {
             &outcome.last
         }
     };
+    surface(&mut text, positions, face.mesh().triangles());
+    text
+}
+
+/// Adds a surface to the text, mm; vertices count from 1.
+pub(super) fn surface(text: &mut String, positions: &[Point3<f64>], triangles: &[[u32; 3]]) {
     text.push_str("# millimetres; x to the right of the picture, y up, z towards the camera\n");
     for p in positions {
         let _ = writeln!(text, "v {} {} {}", p.x, p.y, p.z);
     }
-    for [a, b, c] in face.mesh().triangles() {
+    for [a, b, c] in triangles {
         let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
     }
-    text
 }
 
-fn one_line(name: &str) -> String {
+pub(super) fn one_line(name: &str) -> String {
     name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 

@@ -23,14 +23,21 @@
 pub mod action_unit;
 pub mod actuator;
 pub mod jaw;
+pub mod openings;
 pub mod places;
+pub mod player;
 pub mod preset;
 pub mod ring;
+pub mod shown;
+pub mod stage;
 pub mod strength;
 
 pub use action_unit::{Basic, Dose};
 pub use actuator::{Actuator, ActuatorError, ActuatorSettings, Actuators, Kind, Loads};
+pub use player::{Player, Sample};
 pub use preset::{Expression, ExpressionError, ExpressionFileError};
+pub use shown::Shown;
+pub use stage::{Holding, Setup, Stage, StageError};
 pub use strength::Evidence;
 
 #[cfg(test)]

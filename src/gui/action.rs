@@ -6,6 +6,7 @@ pub use super::action_table::{HOLDS, POINTER, TABLE};
 
 use super::keys::Hold;
 use super::orbit_view::StandardView;
+use crate::expression::Basic;
 
 /// Something a person can tell the program to do, without further data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -46,6 +47,8 @@ pub enum Action {
     WorkspaceForces,
     /// Show the workspace of the muscles.
     WorkspaceMuscles,
+    /// Show the workspace of the expressions.
+    WorkspaceExpressions,
     /// Show the workspace of the face model.
     WorkspaceFace,
     /// Open a mesh, to make a face model of it.
@@ -146,6 +149,26 @@ pub enum Action {
     ClearLast,
     /// Move the selected point a little.
     Nudge(Direction, Step),
+    /// Play one of the six expressions.
+    Preset(Basic),
+    /// Play, or stop playing.
+    PlayPause,
+    /// Simulate one step.
+    StepOnce,
+    /// Put the moving face back to rest.
+    ResetPlay,
+    /// Show the static equilibrium at once.
+    Settle,
+    /// Take the activations of the fit.
+    FromFit,
+    /// Let every muscle go.
+    ClearExpression,
+    /// Open an expression file.
+    OpenExpression,
+    /// Save the expression under a name.
+    SaveExpression,
+    /// Write the play into a folder.
+    ExportExpression,
     /// Show the keys.
     Keys,
     /// Give other keys to commands.
@@ -210,6 +233,8 @@ pub enum Menu {
     Edit,
     /// How things are shown.
     View,
+    /// The face that moves.
+    Expression,
     /// The face model.
     Face,
     /// The selected point.
@@ -222,7 +247,8 @@ pub enum Menu {
 
 impl Menu {
     /// The menus of the bar.
-    pub const BAR: [Self; 6] = [Self::File, Self::Edit, Self::View, Self::Face, Self::Point, Self::Help];
+    pub const BAR: [Self; 7] =
+        [Self::File, Self::Edit, Self::View, Self::Expression, Self::Face, Self::Point, Self::Help];
 
     /// Its title.
     pub fn title(self) -> &'static str {
@@ -230,6 +256,7 @@ impl Menu {
             Self::File => "File",
             Self::Edit => "Edit",
             Self::View => "View",
+            Self::Expression => "Expression",
             Self::Face => "Model",
             Self::Point => "Point",
             Self::Nudge => "Nudge",
@@ -239,7 +266,8 @@ impl Menu {
 }
 
 /// The menus in the order of the key sheet: the first five in its first column.
-pub const SHEET: [Menu; 7] = [Menu::File, Menu::Edit, Menu::View, Menu::Face, Menu::Help, Menu::Point, Menu::Nudge];
+pub const SHEET: [Menu; 8] =
+    [Menu::File, Menu::Edit, Menu::View, Menu::Face, Menu::Help, Menu::Expression, Menu::Point, Menu::Nudge];
 
 /// A key with what is held beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,6 +7,7 @@ use super::panels::frames::{Tool, guide, points};
 use super::suggesting;
 use super::view_state::{ViewState, Workspace};
 use super::{Scene, guided, panels};
+use crate::expression::Basic;
 use crate::project::{History, MarkState, PointId, Role, edit};
 
 /// Taken once a frame.
@@ -18,6 +19,9 @@ pub struct ActionState {
     slot: bool,
     frames: bool,
     results: bool,
+    /// Whether the moving face is the project's.
+    fitted_face: bool,
+    export_chosen: bool,
     last_marks: bool,
     dark: bool,
     selected: Option<PointId>,
@@ -37,6 +41,7 @@ pub struct ActionState {
 #[derive(Clone, Debug)]
 struct Switches {
     workspace: Workspace,
+    basic: Option<Basic>,
     tool: Tool,
     linked: bool,
     swapped: bool,
@@ -84,6 +89,8 @@ impl ActionState {
             face: face.open().is_some(),
             slot: view.face.selected.is_some(),
             frames: scene.project.frames.first.is_some() || scene.project.frames.last.is_some(),
+            fitted_face: view.expressions.base == super::expression_work::Base::Project,
+            export_chosen: view.expressions.export.any(),
             results: scene.outcome.states.iter().any(|s| s.is_known()),
             last_marks: scene.project.features.values().any(|f| f.last.is_some()),
             dark,
@@ -96,6 +103,7 @@ impl ActionState {
             role,
             switches: Switches {
                 workspace: view.workspace,
+                basic: view.expressions.basic.filter(|_| view.workspace == Workspace::Expressions),
                 tool: f.tool,
                 linked: f.linked,
                 swapped: f.swapped,
@@ -105,6 +113,7 @@ impl ActionState {
                     Workspace::Forces => forces.options.markers,
                     Workspace::Muscles => view.muscles.show_muscles,
                     Workspace::Face => shown.marks,
+                    Workspace::Expressions => true,
                 },
                 names: if view.workspace == Workspace::Face { shown.names } else { f.show_names },
                 wireframe: match view.workspace {
@@ -112,6 +121,7 @@ impl ActionState {
                     Workspace::Forces => forces.options.wireframe,
                     Workspace::Muscles => view.muscles.options.wireframe,
                     Workspace::Face => shown.wireframe,
+                    Workspace::Expressions => view.expressions.wireframe,
                 },
                 region_only: f.wireframe.region_only,
                 loupe: f.loupe.always,
@@ -140,6 +150,11 @@ impl ActionState {
             Action::SaveFace | Action::SaveFaceAs | Action::UseFace | Action::TransferFace => self.face,
             Action::ClearMark if self.switches.workspace == Workspace::Face => self.slot,
             Action::Export => self.results,
+            Action::FromFit => self.results && self.fitted_face,
+            Action::PlayPause | Action::StepOnce | Action::ResetPlay | Action::Settle | Action::ClearExpression => {
+                self.switches.workspace == Workspace::Expressions
+            }
+            Action::ExportExpression => self.switches.workspace == Workspace::Expressions && self.export_chosen,
             Action::ClearLast | Action::Again | Action::Compare => self.last_marks,
             Action::ClearMark | Action::Lock | Action::Occluded => self.mark.is_some(),
             Action::Uncertain => self.in_doubt.is_some(),
@@ -165,6 +180,8 @@ impl ActionState {
             Action::WorkspaceFrames => s.workspace == Workspace::Frames,
             Action::WorkspaceForces => s.workspace == Workspace::Forces,
             Action::WorkspaceMuscles => s.workspace == Workspace::Muscles,
+            Action::WorkspaceExpressions => s.workspace == Workspace::Expressions,
+            Action::Preset(basic) => s.basic == Some(basic),
             Action::WorkspaceFace => s.workspace == Workspace::Face,
             Action::ToolSelect => s.tool == Tool::Select,
             Action::ToolLandmarks => s.tool == Tool::Landmarks,

@@ -7,6 +7,7 @@ use egui::{Key, Modifiers};
 use super::action::{Action, Chord, Direction, HoldSpec, Menu, Spec, Step};
 use super::keys::Hold;
 use super::orbit_view::StandardView;
+use crate::expression::Basic;
 
 const fn plain(key: Key) -> Chord {
     Chord { modifiers: Modifiers::NONE, key }
@@ -105,10 +106,17 @@ pub const TABLE: &[Spec] = &[
         "Which muscles pulled, how hard, by which law, and how sure that is.",
     ),
     row(
+        A::WorkspaceExpressions,
+        M::View,
+        "Expressions",
+        &[ctrl(Key::Num4)],
+        "The face moves: muscles under sliders, the six expressions, curves over time.",
+    ),
+    row(
         A::WorkspaceFace,
         M::View,
         "Face",
-        &[ctrl(Key::Num4)],
+        &[ctrl(Key::Num5)],
         "The face model: its mesh, with landmarks and muscles bound to vertices.",
     ),
     group(row(
@@ -222,6 +230,99 @@ pub const TABLE: &[Spec] = &[
     ),
     group(row(A::Dark, M::View, "Dark colours", &[], "Dark colours.")),
     row(A::Light, M::View, "Light colours", &[], "Light colours."),
+    row(
+        A::PlayPause,
+        M::Expression,
+        "Play or pause",
+        &[plain(Key::F5)],
+        "Let time run, or stop it. Sliders and expressions act while it runs.",
+    ),
+    row(A::StepOnce, M::Expression, "One step", &[plain(Key::F6)], "Simulate one step and stop."),
+    row(
+        A::Settle,
+        M::Expression,
+        "Settle",
+        &[plain(Key::F7)],
+        "Show at once where the skin comes to rest: the static equilibrium.",
+    ),
+    row(
+        A::ResetPlay,
+        M::Expression,
+        "Back to rest",
+        &[plain(Key::F8)],
+        "Put the skin back to rest, at time 0. The sliders stay.",
+    ),
+    group(row(
+        A::Preset(Basic::Surprise),
+        M::Expression,
+        "Surprise",
+        &[alt(Key::Num1)],
+        "Play surprise: brows up, eyes wide, jaw open.",
+    )),
+    row(
+        A::Preset(Basic::Happy),
+        M::Expression,
+        "Happy",
+        &[alt(Key::Num2)],
+        "Play happy: cheeks up, corners of the mouth up and out.",
+    ),
+    row(
+        A::Preset(Basic::Sad),
+        M::Expression,
+        "Sad",
+        &[alt(Key::Num3)],
+        "Play sad: inner brows up, corners of the mouth down.",
+    ),
+    row(
+        A::Preset(Basic::Anger),
+        M::Expression,
+        "Anger",
+        &[alt(Key::Num4)],
+        "Play anger: brows down and together, lids and lips tight.",
+    ),
+    row(
+        A::Preset(Basic::Disgust),
+        M::Expression,
+        "Disgust",
+        &[alt(Key::Num5)],
+        "Play disgust: nose wrinkled, upper lip up.",
+    ),
+    row(
+        A::Preset(Basic::Fear),
+        M::Expression,
+        "Fear",
+        &[alt(Key::Num6)],
+        "Play fear: brows up and together, eyes wide, mouth drawn wide.",
+    ),
+    group(row(
+        A::FromFit,
+        M::Expression,
+        "Take the fitted activations",
+        &[],
+        "Give every muscle the strength that was found behind the project's forces.",
+    )),
+    row(A::ClearExpression, M::Expression, "Clear the expression", &[], "Let every muscle go and shut the jaw."),
+    group(row(
+        A::OpenExpression,
+        M::Expression,
+        "Open expression…",
+        &[],
+        "Take activations and jaw from an expression file.",
+    )),
+    row(
+        A::SaveExpression,
+        M::Expression,
+        "Save expression as…",
+        &[],
+        "Write activations and jaw, with the intensity in them, to an expression file.",
+    ),
+    row(
+        A::ExportExpression,
+        M::Expression,
+        "Export the play…",
+        &[],
+        "Write the play as a moving picture, pictures, meshes and tables into a folder.",
+    ),
     row(
         A::OpenMesh,
         M::Face,

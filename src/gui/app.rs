@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::action::Action;
 use super::action_state::ActionState;
 use super::dialogs::Dialogs;
+use super::expression_work::ExpressionWork;
 use super::face_work::FaceWork;
 use super::jobs::Jobs;
 use super::keys::{self, KeyMap};
@@ -37,6 +38,7 @@ pub struct App {
     pub(super) faces: Vec<(FaceSource, Arc<FaceModel>)>,
     pub(super) face_work: FaceWork,
     pub(super) muscle_work: MuscleWork,
+    pub(super) expression_work: ExpressionWork,
     pub(super) stamp: Stamp,
     pub(super) outcome: Outcome,
     pub(super) solver: Solver,
@@ -140,6 +142,7 @@ impl App {
             faces: Vec::new(),
             face_work: FaceWork::default(),
             muscle_work: MuscleWork::default(),
+            expression_work: ExpressionWork::default(),
             stamp: Stamp::default(),
             document: OpenDocument::new(project, path, false),
             face,
@@ -299,6 +302,7 @@ impl App {
         let state = self.action_state(&ctx);
         let title = self.title();
         set_window_title(&ctx, &title);
+        let in_first = (self.view.workspace == Workspace::Expressions).then(|| self.places_in_first()).flatten();
         let Self {
             document,
             outcome,
@@ -311,6 +315,7 @@ impl App {
             stamp,
             face_work,
             muscle_work,
+            expression_work,
             suggesting,
             solver,
             ..
@@ -329,6 +334,10 @@ impl App {
             }
             Workspace::Muscles => {
                 panels::muscles::show(ui, scene, muscle_work, &mut view.muscles, &mut view.focus, commands);
+            }
+            Workspace::Expressions => {
+                let (view, focus) = (&mut view.expressions, &mut view.focus);
+                panels::expressions::show(ui, expression_work, in_first.as_deref(), view, focus, &state, commands);
             }
             Workspace::Face => panels::face::show(ui, face_work, &mut view.face, &state, commands),
             Workspace::Forces => panels::forces::show(ui, scene, &mut view.forces, &mut view.focus, commands),

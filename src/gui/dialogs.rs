@@ -32,6 +32,15 @@ pub enum Purpose {
     FrameFolder,
     /// A folder for the results.
     ExportFolder,
+    /// An expression file.
+    OpenExpression,
+    /// Where to save the expression.
+    SaveExpression {
+        /// File name to begin with.
+        suggested: String,
+    },
+    /// A folder for a play.
+    PlayFolder,
     /// A mesh of another program.
     OpenMesh,
     /// A face model.
@@ -60,6 +69,9 @@ impl Purpose {
             Self::StillsFolder(_) => "Choose a folder for the two frames",
             Self::FrameFolder => "Choose a folder of numbered frames",
             Self::ExportFolder => "Choose a folder for the results",
+            Self::OpenExpression => "Open expression",
+            Self::SaveExpression { .. } => "Save expression",
+            Self::PlayFolder => "Choose a folder for the play",
             Self::OpenMesh => "Open mesh",
             Self::OpenFace => "Open face model",
             Self::SaveFace { .. } => "Save face model",
@@ -80,6 +92,11 @@ impl Purpose {
                 "The film's folder cannot be written. Type the path of a folder for the two frames, as pictures."
             }
             Self::FrameFolder => "Type the path of the folder, or drop it on the window.",
+            Self::OpenExpression => "Type the path of the expression file.",
+            Self::SaveExpression { .. } => "Type the path of the file to save the expression to.",
+            Self::PlayFolder => {
+                "Type the path of the folder that the play is to be written into, as a folder of its own."
+            }
             Self::OpenMesh => "Type the path of the mesh (OBJ, PLY or WFM), or drop it on the window.",
             Self::OpenFace => "Type the path of the face model, or drop it on the window.",
             Self::SaveFace { .. } => "Type the path of the file to save the face model to.",
@@ -91,7 +108,8 @@ impl Purpose {
     pub fn paths(&self) -> &'static [&'static str] {
         match self {
             Self::OpenProject | Self::Compare => &["Project"],
-            Self::SaveProject { .. } | Self::SaveFace { .. } => &["File"],
+            Self::SaveProject { .. } | Self::SaveFace { .. } | Self::SaveExpression { .. } => &["File"],
+            Self::OpenExpression => &["Expression"],
             Self::OpenMesh => &["Mesh"],
             Self::OpenFace => &["Face model"],
             Self::Frames => &["First frame", "Last frame"],
@@ -99,7 +117,7 @@ impl Purpose {
             Self::Frame(crate::project::Which::Last) => &["Last frame"],
             Self::Marks => &["Marks"],
             Self::Film => &["Film"],
-            Self::FrameFolder | Self::ExportFolder | Self::StillsFolder(_) => &["Folder"],
+            Self::FrameFolder | Self::ExportFolder | Self::StillsFolder(_) | Self::PlayFolder => &["Folder"],
         }
     }
 }
@@ -183,9 +201,13 @@ fn ask_and_send(purpose: &Purpose, sender: &Sender<Answer>, ctx: &egui::Context)
         Purpose::SaveFace { suggested, .. } => {
             dialog.add_filter("Face model", &["json"]).set_file_name(suggested).save_file().map(|f| vec![f])
         }
+        Purpose::OpenExpression => dialog.add_filter("Expression", &["json"]).pick_file().map(|f| vec![f]),
+        Purpose::SaveExpression { suggested } => {
+            dialog.add_filter("Expression", &["json"]).set_file_name(suggested).save_file().map(|f| vec![f])
+        }
         Purpose::Marks => dialog.add_filter("Marks", &["csv", "tps", "json"]).pick_file().map(|f| vec![f]),
         Purpose::Film => dialog.add_filter("Films", FILMS).add_filter("All files", &["*"]).pick_file().map(|f| vec![f]),
-        Purpose::FrameFolder | Purpose::ExportFolder | Purpose::StillsFolder(_) => {
+        Purpose::FrameFolder | Purpose::ExportFolder | Purpose::StillsFolder(_) | Purpose::PlayFolder => {
             dialog.pick_folder().map(|f| vec![f])
         }
     };

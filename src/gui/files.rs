@@ -165,6 +165,9 @@ impl App {
             Purpose::Film | Purpose::FrameFolder => self.open_film(first, ctx),
             Purpose::StillsFolder(stills) => self.write_stills(stills.clone(), first, ctx),
             Purpose::ExportFolder => self.export(first, ctx),
+            Purpose::PlayFolder => self.export_expression(first, ctx),
+            Purpose::OpenExpression => self.open_expression(&first),
+            Purpose::SaveExpression { .. } => self.save_expression(first, ctx),
         }
     }
 

@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
+use super::expression_work::Prepared;
 use super::face_work::{FaceProposal, FaceRead};
 use super::film_work::{Looking, NotWritten, Stills};
 use super::import_marks::ReadMarks;
@@ -68,6 +69,10 @@ pub enum Finished {
     Suggested(Answer),
     /// The muscles behind the forces were looked for: the answer to the question of that number.
     Muscles(u64, MuscleAnswer),
+    /// A face was made ready to move, for the question of that number, or not: one line says why.
+    Stage(u64, Box<Result<Prepared, String>>),
+    /// The frame of that hash, to be laid on the skin.
+    Skin(String, Result<egui::ColorImage, String>),
     /// Results were written into this folder, or not.
     Exported(Result<PathBuf, String>),
     /// The work ended without an answer: what waited for it, and a line about it.
@@ -109,6 +114,10 @@ pub enum About {
     Suggestions,
     /// The muscles.
     Muscles,
+    /// The face that moves.
+    Expressions,
+    /// The picture on its skin.
+    Skin,
     /// The person.
     Person,
 }
@@ -161,8 +170,8 @@ impl Jobs {
         self.next += 1;
         let progress = Arc::new(Progress::default());
         let (sender, ctx, shared) = (self.sender.clone(), ctx.clone(), Arc::clone(&progress));
-        let one_at_a_time =
-            matches!(about, About::Picture(_) | About::Preparation(_)).then(|| Arc::clone(&self.picture_in_memory));
+        let one_at_a_time = matches!(about, About::Picture(_) | About::Preparation(_) | About::Skin)
+            .then(|| Arc::clone(&self.picture_in_memory));
         let thread = std::thread::Builder::new().name(name.clone()).spawn(move || {
             // A work that died has left no picture behind.
             let held = one_at_a_time.as_ref().map(|m| m.lock().unwrap_or_else(PoisonError::into_inner));

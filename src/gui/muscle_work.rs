@@ -85,7 +85,8 @@ impl App {
 
     /// Asks anew when what is shown is not what was asked.
     pub(super) fn follow_muscles(&mut self, ctx: &egui::Context) {
-        if self.view.workspace != Workspace::Muscles {
+        let for_play = self.view.workspace == Workspace::Expressions && self.view.expressions.wants_fit;
+        if self.view.workspace != Workspace::Muscles && !for_play {
             return;
         }
         let question = self.view.muscles.question.clone();

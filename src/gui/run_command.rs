@@ -130,7 +130,8 @@ impl App {
                 self.view.frames.suggest.on = false;
             }
             About::Muscles => self.muscles_stopped(),
-            About::Person => {}
+            About::Expressions => self.stage_stopped(),
+            About::Skin | About::Person => {}
         }
     }
 
@@ -166,6 +167,9 @@ impl App {
         if self.view.workspace == Workspace::Muscles && self.view.muscles.act(action) {
             return;
         }
+        if self.view.workspace == Workspace::Expressions && self.view.expressions.act(action) {
+            return;
+        }
         if self.view.workspace == Workspace::Face && self.act_on_face(action, ctx) {
             return;
         }
@@ -178,6 +182,17 @@ impl App {
             | Action::TransferFace
             | Action::UseFace
             | Action::UseGeneric => self.act_in_face_menu(action, ctx),
+            Action::WorkspaceExpressions => self.view.workspace = Workspace::Expressions,
+            Action::Preset(_)
+            | Action::PlayPause
+            | Action::StepOnce
+            | Action::ResetPlay
+            | Action::Settle
+            | Action::FromFit
+            | Action::ClearExpression
+            | Action::OpenExpression
+            | Action::SaveExpression
+            | Action::ExportExpression => self.act_on_expression(action, ctx),
             Action::WorkspaceFace => self.view.workspace = Workspace::Face,
             Action::WorkspaceMuscles => self.view.workspace = Workspace::Muscles,
             Action::New => self.unless_unsaved(After::New, ctx),
@@ -272,7 +287,9 @@ impl App {
             Answer::Cancelled => {}
             Answer::Unavailable => {
                 let typed = match &purpose {
-                    Purpose::SaveProject { suggested, .. } | Purpose::SaveFace { suggested, .. } => {
+                    Purpose::SaveProject { suggested, .. }
+                    | Purpose::SaveFace { suggested, .. }
+                    | Purpose::SaveExpression { suggested } => {
                         let beside = self.document.path.as_deref().and_then(std::path::Path::parent);
                         let folder = beside.map(std::path::Path::to_owned).filter(|f| f.is_absolute());
                         let folder = folder.or_else(|| std::env::current_dir().ok()).unwrap_or_default();
@@ -307,6 +324,7 @@ impl App {
         }
         self.resolve(ctx);
         self.follow_muscles(ctx);
+        self.follow_expressions(ctx);
     }
 
     fn finish(&mut self, finished: Finished, ctx: &egui::Context) {
@@ -328,6 +346,8 @@ impl App {
             Finished::Proposed(number, proposed) => self.face_proposed(number, *proposed, ctx),
             Finished::FaceChecked { number, revision, report } => self.face_checked(number, revision, report),
             Finished::Muscles(number, result) => self.muscles_found(number, result, ctx),
+            Finished::Stage(number, result) => self.stage_ready(number, *result, ctx),
+            Finished::Skin(sha256, read) => self.skin_read(&sha256, read, ctx),
             Finished::Film(looking, result) => self.film_looked_through(&looking, result),
             Finished::Marks(read) => self.marks_read(read),
             Finished::Stills(stills, result) => self.stills_written(stills, result, ctx),
@@ -337,7 +357,7 @@ impl App {
             Finished::Exported(Err(why)) => self.fail("The results cannot be written", why),
             Finished::Died(about, what) => {
                 // Work on the suggestions is not begun again by itself, to break again.
-                if matches!(about, About::Preparation(_) | About::Suggestions | About::Muscles) {
+                if matches!(about, About::Preparation(_) | About::Suggestions | About::Muscles | About::Expressions) {
                     self.give_up(about);
                 }
                 self.fail("Something went wrong", what);

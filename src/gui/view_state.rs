@@ -18,6 +18,8 @@ pub struct ViewState {
     pub forces: panels::forces::ForcesView,
     /// The workspace of the muscles.
     pub muscles: panels::muscles::MusclesView,
+    /// The workspace of the expressions.
+    pub expressions: panels::expressions::ExpressionsView,
     /// The workspace of the face.
     pub face: panels::face::FaceView,
     /// The dialog that is open.
@@ -40,6 +42,8 @@ pub enum Workspace {
     Forces,
     /// The muscles behind them.
     Muscles,
+    /// The face that moves.
+    Expressions,
     /// The face model.
     Face,
 }

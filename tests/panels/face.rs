@@ -213,7 +213,7 @@ fn keys_turn_step_and_unbind() {
     let folder = tempfile::tempdir().unwrap();
     let generic = face::generic();
     let mut window = open(project(folder.path(), &generic, true), SIZE, true, Person::default());
-    keys(&mut window, Modifiers::COMMAND, Key::Num4);
+    keys(&mut window, Modifiers::COMMAND, Key::Num5);
     settle(&mut window);
     assert_eq!(bindings(&window).bound(), [32, 18], "the face of the project");
     assert!(!window.state().face_work().unsaved());

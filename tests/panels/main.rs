@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod doubt;
+mod expressions;
 mod face;
 mod files;
 mod film;

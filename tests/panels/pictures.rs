@@ -195,7 +195,7 @@ fn docs_images() {
     assert!(can_draw(), "the pictures of the documents need a graphics driver");
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
     std::fs::create_dir_all(&folder).unwrap();
-    let scenes: [Scene; 8] = [
+    let scenes: [Scene; 9] = [
         ("suggestions-dark", true, |w| {
             unmark_skin(w);
             look_at_forehead(w, 2.2);
@@ -232,6 +232,19 @@ fn docs_images() {
             view.workspace = frontalis::gui::Workspace::Muscles;
             view.muscles.question.compare = frontalis::fit::Compare::Along;
             view.muscles.question.muscles = Some(frontalis.map(|(i, _)| i).collect());
+        }),
+        ("expressions-dark", true, |w| {
+            use frontalis::gui::{Action, Command};
+            w.state_mut().view_mut().workspace = frontalis::gui::Workspace::Expressions;
+            settle(w);
+            let brow = frontalis::face::generic().muscles()[0].insertion;
+            w.state_mut().push(Command::Select(Some(PointId::FeatureLast(brow))));
+            w.state_mut().push(Command::Do(Action::Preset(frontalis::expression::Basic::Surprise)));
+            for _ in 0..400 {
+                std::thread::sleep(std::time::Duration::from_millis(1));
+                w.step();
+            }
+            w.state_mut().push(Command::Do(Action::PlayPause));
         }),
         ("frames-dark", true, |_| {}),
         ("forces-light", false, |w| w.state_mut().view_mut().workspace = frontalis::gui::Workspace::Forces),

@@ -1,8 +1,11 @@
 //! A face drawn as a shaded surface, a wireframe, or both: what the workspace of the face and the guide's small picture share.
 
 pub mod levels;
+pub mod openings;
+pub mod picking;
 
-use egui::{Color32, Mesh, Pos2};
+use egui::epaint::Vertex;
+use egui::{Color32, Mesh, Pos2, TextureId};
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::height_map::ink::Ink;
@@ -54,13 +57,28 @@ impl FaceDrawing {
         let places: Vec<Point3<f64>> = mesh.positions().iter().map(upright_from_face).collect();
         let low = places.iter().fold(Vector3::repeat(f64::INFINITY), |low, p| low.inf(&p.coords));
         let high = places.iter().fold(Vector3::repeat(f64::NEG_INFINITY), |high, p| high.sup(&p.coords));
-        let normals = mesh.vertex_normals(mesh.positions());
-        Self {
+        let mut drawing = Self {
             levels: Levels::new(mesh),
-            places: places.iter().map(|p| p.cast()).collect(),
-            normals: normals.iter().map(|n| upright_from_face(&Point3::from(*n)).coords.cast()).collect(),
+            places: Vec::new(),
+            normals: Vec::new(),
             bounds: [low.into(), high.into()],
-        }
+        };
+        drawing.move_to(mesh, mesh.positions());
+        drawing
+    }
+
+    /// Puts the vertices elsewhere, in face space. What a view must fit stays as it was, so that a moving face does not shake it.
+    pub fn move_to(&mut self, mesh: &face::Mesh, positions: &[Point3<f64>]) {
+        self.places = positions.iter().map(|p| upright_from_face(p).cast()).collect();
+        let normals = mesh.vertex_normals(positions);
+        self.normals = normals.iter().map(|n| upright_from_face(&Point3::from(*n)).coords.cast()).collect();
+    }
+
+    /// Gives a view so much more room below, mm: for a jaw that opens.
+    #[must_use]
+    pub fn with_room_below(mut self, mm: f64) -> Self {
+        self.bounds[0].z -= mm;
+        self
     }
 
     /// Its levels of detail.
@@ -95,7 +113,18 @@ impl FaceDrawing {
     }
 
     /// The mesh to draw, in `ink`: triangles and edges that face the eye, from back to front.
-    pub fn draw(&self, projection: &Projection, look: &Look, mut ink: Ink) -> Mesh {
+    pub fn draw(&self, projection: &Projection, look: &Look, ink: Ink) -> Mesh {
+        self.draw_in_colours(projection, look, None, ink)
+    }
+
+    /// The same with a colour a vertex, which the light makes darker, in place of the tones.
+    pub fn draw_in_colours(
+        &self,
+        projection: &Projection,
+        look: &Look,
+        colours: Option<&[Color32]>,
+        mut ink: Ink,
+    ) -> Mesh {
         let least = if look.wire.is_some() { SHORTEST_EDGE } else { SHORTEST_SIDE };
         let level = self.levels.at(projection.points_per_mm, least);
         let lens = Lens::new(projection);
@@ -104,7 +133,12 @@ impl FaceDrawing {
         if look.shaded {
             let light = Vector3::from(LIGHT).normalize();
             for (&v, (at, _)) in level.vertices.iter().zip(&seen) {
-                ink.shared_vertex(*at, tone((lens.turn * self.normals[v as usize]).dot(&light), look.tones));
+                let lit = (lens.turn * self.normals[v as usize]).dot(&light);
+                let colour = match colours.and_then(|c| c.get(v as usize)) {
+                    Some(colour) => shade(*colour, lit),
+                    None => tone(lit, look.tones),
+                };
+                ink.shared_vertex(*at, colour);
             }
         }
         for item in order(level, &seen, &front, look) {
@@ -121,6 +155,27 @@ impl FaceDrawing {
             }
         }
         ink.into_mesh()
+    }
+}
+
+impl FaceDrawing {
+    /// The surface with a picture on it: `places_in_picture` are texture coordinates, one a vertex. The picture brings its own light.
+    pub fn draw_textured(&self, projection: &Projection, texture: TextureId, places_in_picture: &[Pos2]) -> Mesh {
+        let level = self.levels.at(projection.points_per_mm, SHORTEST_SIDE);
+        let lens = Lens::new(projection);
+        let seen: Vec<(Pos2, f32)> = level.vertices.iter().map(|&v| lens.see(&self.places[v as usize])).collect();
+        let front: Vec<bool> = level.triangles.iter().map(|t| faces_eye(t.map(|v| seen[v as usize].0))).collect();
+        let mut mesh = Mesh::with_texture(texture);
+        mesh.vertices.extend(level.vertices.iter().zip(&seen).map(|(&v, (pos, _))| Vertex {
+            pos: *pos,
+            uv: places_in_picture.get(v as usize).copied().unwrap_or_default(),
+            color: Color32::WHITE,
+        }));
+        let look = Look { shaded: true, wire: None, rim: Color32::TRANSPARENT, tones: [0.0; 2] };
+        for t in order(level, &seen, &front, &look) {
+            mesh.indices.extend_from_slice(&level.triangles[t as usize]);
+        }
+        mesh
     }
 }
 
@@ -158,6 +213,13 @@ fn tone(lit: f32, [dark, bright]: [f32; 2]) -> Color32 {
     let level = dark + lit.max(0.0) * (bright - dark);
     let part = |share: f32| (level * share).clamp(0.0, 255.0) as u8;
     Color32::from_rgb(part(1.0), part(0.94), part(0.90))
+}
+
+/// A colour under the light: never so dark that it cannot be told from others.
+fn shade(colour: Color32, lit: f32) -> Color32 {
+    let level = 0.58 + 0.42 * lit.max(0.0);
+    let part = |c: u8| (f32::from(c) * level) as u8;
+    Color32::from_rgb(part(colour.r()), part(colour.g()), part(colour.b()))
 }
 
 /// Depths are told apart in so many steps; what lies in one step is drawn in any order.

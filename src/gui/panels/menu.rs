@@ -41,6 +41,7 @@ pub fn show(
             (Workspace::Frames, Action::WorkspaceFrames),
             (Workspace::Forces, Action::WorkspaceForces),
             (Workspace::Muscles, Action::WorkspaceMuscles),
+            (Workspace::Expressions, Action::WorkspaceExpressions),
             (Workspace::Face, Action::WorkspaceFace),
         ] {
             tab(ui, view.workspace == workspace, action, commands);

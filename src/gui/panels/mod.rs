@@ -1,5 +1,6 @@
 //! The panels. Each reads the scene and its own view, and pushes commands.
 
+pub mod expressions;
 pub mod face;
 pub mod film_strip;
 pub mod forces;

@@ -5,22 +5,14 @@ use egui::{Color32, FontId, Painter, Pos2, Rect, Role, Sense, Stroke, Vec2, Widg
 use super::{FaceView, look_from};
 use crate::face::draft::{Bindings, DraftEdit, Slot};
 use crate::gui::Command;
-use crate::gui::face_drawing::Look;
+use crate::gui::face_drawing::{Look, picking};
 use crate::gui::face_work::OpenFace;
 use crate::gui::height_map::ink::Ink;
-use crate::gui::height_map::picking;
 use crate::gui::orbit_view::{self, OrbitView, Projection, StandardView};
 use crate::gui::theme::{self, on_picture};
 
 /// Room round the face, points.
 const MARGIN: f32 = 34.0;
-/// How near the pointer must come to a vertex, points.
-const REACH: f32 = 18.0;
-/// Of so many nearest vertices the first one that nothing hides is meant.
-const CANDIDATES: usize = 8;
-/// A part must lie so much nearer to the eye to hide a vertex, mm.
-const CLEARANCE_MM: f32 = 0.5;
-
 /// Colours of the two ends of a muscle and of its fibre.
 const ATTACHMENT: Color32 = Color32::from_rgb(235, 230, 210);
 const INSERTION: Color32 = Color32::from_rgb(235, 80, 70);
@@ -70,7 +62,7 @@ pub(super) fn show(ui: &mut egui::Ui, open: &OpenFace, view: &mut FaceView, comm
     let free = response.contains_pointer() && !ui.input(|i| i.pointer.any_down());
     let clicked = response.clicked().then(|| response.interact_pointer_pos()).flatten();
     let pointer = clicked.or_else(|| ui.input(|i| i.pointer.hover_pos()).filter(|_| free));
-    view.hovered = pointer.and_then(|at| pick(at, open, &projection));
+    view.hovered = pointer.and_then(|at| picking::pick(&open.drawing, open.draft.mesh(), &projection, at));
     if clicked.is_some() {
         click(bindings, view, commands);
     }
@@ -113,28 +105,6 @@ fn click(bindings: &Bindings, view: &mut FaceView, commands: &mut Vec<Command>) 
         view.selected = Some(slot);
         view.tab = if matches!(slot, Slot::Landmark(_)) { super::Tab::Landmarks } else { super::Tab::Muscles };
     }
-}
-
-/// The vertex that the pointer means: the nearest one that faces the eye and that nothing hides.
-fn pick(at: Pos2, open: &OpenFace, projection: &Projection) -> Option<u32> {
-    let seen = open.drawing.project(projection);
-    let mut near: Vec<(f32, usize)> =
-        seen.iter().enumerate().map(|(v, (q, _))| (q.distance(at), v)).filter(|(d, _)| *d <= REACH).collect();
-    near.sort_by(|a, b| a.0.total_cmp(&b.0));
-    near.retain(|(_, v)| open.drawing.faces_eye(projection, *v));
-    let triangles = open.draft.mesh().triangles();
-    let hidden = |v: usize| {
-        let (place, depth) = seen[v];
-        triangles.iter().any(|t| {
-            !t.contains(&(v as u32)) && {
-                let corners = t.map(|i| seen[i as usize]);
-                corners.iter().any(|c| c.1 > depth + CLEARANCE_MM)
-                    && picking::depth_at(corners.map(|c| c.0), corners.map(|c| f64::from(c.1)), place)
-                        .is_some_and(|there| there > f64::from(depth + CLEARANCE_MM))
-            }
-        })
-    };
-    near.into_iter().take(CANDIDATES).map(|(_, v)| v).find(|v| !hidden(*v)).map(|v| v as u32)
 }
 
 /// What marks are drawn with.

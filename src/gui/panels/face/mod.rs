@@ -83,7 +83,7 @@ impl Default for FaceView {
 }
 
 /// The eye at one of the places worth a button, everything in view. The face stands upright, so the angles are others than the map's.
-fn look_from(view: StandardView) -> OrbitView {
+pub(in crate::gui::panels) fn look_from(view: StandardView) -> OrbitView {
     let (azimuth, elevation): (f64, f64) = match view {
         StandardView::Front => (0.0, 0.0),
         StandardView::Oblique => (32.0, 6.0),
@@ -94,7 +94,7 @@ fn look_from(view: StandardView) -> OrbitView {
 }
 
 /// Words of the buttons.
-const VIEWS: [(StandardView, &str, &str); 4] = [
+pub(in crate::gui::panels) const VIEWS: [(StandardView, &str, &str); 4] = [
     (StandardView::Front, "Front", "As the camera sees the face (1)"),
     (StandardView::Oblique, "Three-quarter", "From the person's left front (2)"),
     (StandardView::Side, "Side", "From the person's left (3)"),

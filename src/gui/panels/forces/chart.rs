@@ -13,6 +13,8 @@ pub(in crate::gui::panels) struct Chart<'a> {
     pub(in crate::gui::panels) title: &'a str,
     /// Under the horizontal axis: "y, mm".
     pub(in crate::gui::panels) across: &'a str,
+    /// Limits of the horizontal axis; those of the data with a little room without them.
+    pub(in crate::gui::panels) along: Option<[f64; 2]>,
     /// At the vertical axis: "Force, N".
     pub(in crate::gui::panels) up: &'a str,
     /// The data.
@@ -95,6 +97,9 @@ pub(in crate::gui::panels) fn draw(
 
 /// First and last coordinate of the data, with a little room.
 fn span(chart: &Chart<'_>) -> Option<[f64; 2]> {
+    if chart.along.is_some() {
+        return chart.along;
+    }
     let section = chart.section;
     let of_curves = chart.curves.iter().flat_map(|(_, points)| points.iter()).map(|p| p[0]);
     let ends = section.pieces.iter().flatten().map(|p| p[0]).chain(section.points.iter().map(|p| p.at_mm));

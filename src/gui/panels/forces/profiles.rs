@@ -82,7 +82,17 @@ pub(super) fn show(
     let half = (rect.width() / 2.0).floor();
     for (k, (section, (title, across))) in sections.iter().zip(&titles).enumerate() {
         let part = Rect::from_min_size(pos2(rect.left() + half * k as f32, rect.top()), vec2(half, rect.height()));
-        let chart = Chart { title, across, up: &up, section, curves: &[], values, colour: &|v| palette.colour(v), lit };
+        let chart = Chart {
+            title,
+            across,
+            along: None,
+            up: &up,
+            section,
+            curves: &[],
+            values,
+            colour: &|v| palette.colour(v),
+            lit,
+        };
         if let Some(v) = chart::draw(&painter, part, &chart, pointer, &inks) {
             focus.hover(v as u32);
             if response.clicked() {

@@ -78,6 +78,7 @@ pub(super) fn show(
         let chart = Chart {
             title: &title,
             across: profile.way.axis(),
+            along: None,
             up: &up,
             section: &section,
             curves: &curves,

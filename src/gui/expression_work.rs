@@ -1,0 +1,427 @@
+//! The face that plays: made ready in the background, stepped between two frames of the window or beside it, never so long that the window waits.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::{Duration, Instant};
+
+use egui::TextureHandle;
+use nalgebra::{Point3, Vector3};
+
+use super::Stamp;
+use super::face_drawing::FaceDrawing;
+use super::face_drawing::openings::Openings;
+use crate::draw::words::sentence;
+use crate::expression::player::Pace;
+use crate::expression::{Actuators, Expression, Player, Sample, Setup};
+use crate::face::FaceModel;
+use crate::simulate::{Equilibrium, Failure};
+
+/// Steps are taken between two frames of the window as long as that takes no longer than this; slower ones beside it.
+const IN_FRAME: Duration = Duration::from_millis(8);
+/// So long at most a simulation beside the window works before it shows what it has.
+const BESIDE: Duration = Duration::from_millis(60);
+/// Skin slower than this, with every activation where it is wanted, is at rest, mm/s.
+const AT_REST_MM_S: f64 = 0.2;
+/// An open mouth needs so much more room below the chin, mm.
+const JAW_ROOM_MM: f64 = 16.0;
+/// A skin of so many vertices or fewer settles between two frames; a larger one beside the window.
+const SETTLED_AT_ONCE: usize = 2000;
+
+/// Which face is moved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Base {
+    /// The face of the project, as it is fitted to the first frame.
+    #[default]
+    Project,
+    /// The generic face.
+    Generic,
+}
+
+/// What a person asks of the play.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transport {
+    /// Play, or stop playing.
+    PlayPause,
+    /// One step.
+    Step,
+    /// Back to rest, at time 0.
+    Reset,
+    /// To the static equilibrium, at once.
+    Settle,
+}
+
+/// The face in the workspace of the expressions.
+#[derive(Default)]
+pub struct ExpressionWork {
+    /// Grows with every face that is made ready.
+    pub(super) number: u64,
+    pub(super) seen: Option<(Stamp, Base, Setup)>,
+    pub(super) asked: Option<Question>,
+    pub(super) job: Option<u64>,
+    /// Why there is no face to play: one line.
+    pub(super) refused: Option<String>,
+    pub(super) ready: Option<Ready>,
+    pub(super) place: Place,
+    pub(super) playing: bool,
+    pub(super) steps_wanted: usize,
+    pub(super) settle_wanted: bool,
+    pub(super) reset_wanted: bool,
+    pub(super) owed_s: f64,
+    pub(super) meter: Meter,
+    pub(super) settled: Option<String>,
+    pub(super) skin: Skin,
+}
+
+/// What a face is made ready from.
+#[derive(Clone, PartialEq)]
+pub(super) struct Question {
+    pub(super) face: Arc<FaceModel>,
+    pub(super) rest: Arc<Vec<Point3<f64>>>,
+    pub(super) setup: Setup,
+}
+
+/// A face made ready.
+pub struct Prepared {
+    pub(super) player: Box<Player>,
+    pub(super) ready: Ready,
+}
+
+impl std::fmt::Debug for Prepared {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Prepared").field("vertices", &self.ready.rest.len()).finish_non_exhaustive()
+    }
+}
+
+/// What is shown of the play, also while the player works beside the window.
+pub struct Ready {
+    /// The face.
+    pub face: Arc<FaceModel>,
+    /// Its vertices at rest, mm.
+    pub rest: Arc<Vec<Point3<f64>>>,
+    /// What pulls on it.
+    pub actuators: Arc<Actuators>,
+    /// The face, as it is now, ready for drawing.
+    pub drawing: FaceDrawing,
+    /// Its eyes and mouth.
+    pub openings: Openings,
+    /// Places now, mm.
+    pub positions: Vec<Point3<f64>>,
+    /// The muscles' pull now, N.
+    pub loads: Vec<Vector3<f64>>,
+    /// What was measured, oldest first.
+    pub samples: Vec<Sample>,
+    /// Why it stands still.
+    pub failure: Option<Failure>,
+    /// Triangles that have turned over.
+    pub folded: Vec<u32>,
+    /// Time since the start, s.
+    pub time_s: f64,
+    /// What it was built with.
+    pub setup: Setup,
+}
+
+/// Where the player is.
+#[derive(Default)]
+pub(super) enum Place {
+    #[default]
+    Nowhere,
+    Here(Box<Player>),
+    /// On a thread of its own, from which it comes back.
+    Beside(Receiver<Returned>),
+}
+
+/// What comes back from beside the window.
+pub(super) struct Returned {
+    player: Box<Player>,
+    steps: usize,
+    took: Duration,
+    settled: Option<Result<Equilibrium, String>>,
+}
+
+/// How fast it goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Meter {
+    /// Time of a step, ms.
+    pub step_ms: f64,
+    /// Frames a second while it plays.
+    pub fps: f64,
+    /// Simulated time over shown time: 1 where it keeps up.
+    pub rate: f64,
+}
+
+impl Meter {
+    fn count(&mut self, steps: usize, took: Duration) {
+        if steps > 0 {
+            let each = 1e3 * took.as_secs_f64() / steps as f64;
+            self.step_ms = if self.step_ms > 0.0 { 0.8 * self.step_ms + 0.2 * each } else { each };
+        }
+    }
+}
+
+/// The first frame, to be laid on the skin.
+#[derive(Default)]
+pub(super) struct Skin {
+    /// Hash of the frame that was asked for.
+    pub(super) asked: Option<String>,
+    pub(super) texture: Option<TextureHandle>,
+}
+
+impl ExpressionWork {
+    /// What is shown.
+    pub fn ready(&self) -> Option<&Ready> {
+        self.ready.as_ref()
+    }
+
+    /// Why there is nothing to show: one line.
+    pub fn refused(&self) -> Option<&str> {
+        self.refused.as_deref()
+    }
+
+    /// Whether another face is being made ready.
+    pub fn is_preparing(&self) -> bool {
+        self.job.is_some()
+    }
+
+    /// Whether it plays.
+    pub fn is_playing(&self) -> bool {
+        self.playing
+    }
+
+    /// How fast it goes.
+    pub fn meter(&self) -> Meter {
+        self.meter
+    }
+
+    /// What is to be said of the last equilibrium.
+    pub fn settled(&self) -> Option<&str> {
+        self.settled.as_deref()
+    }
+
+    /// The picture on the skin.
+    pub fn texture(&self) -> Option<&TextureHandle> {
+        self.skin.texture.as_ref()
+    }
+
+    /// Does what a person asks of the play, with the next frame.
+    pub fn transport(&mut self, what: Transport) {
+        match what {
+            Transport::PlayPause => {
+                self.playing = !self.playing;
+                self.owed_s = 0.0;
+            }
+            Transport::Step => {
+                self.playing = false;
+                self.steps_wanted += 1;
+            }
+            Transport::Reset => {
+                self.reset_wanted = true;
+                self.steps_wanted = 0;
+            }
+            Transport::Settle => {
+                self.playing = false;
+                self.settle_wanted = true;
+            }
+        }
+    }
+
+    /// Begins to play.
+    pub fn play(&mut self) {
+        self.playing = true;
+    }
+
+    pub(super) fn take(&mut self, mut prepared: Prepared) {
+        if let Place::Here(before) = &self.place
+            && prepared.player.take_over(before)
+        {
+            prepared.ready.show(&prepared.player);
+        }
+        self.refused = None;
+        self.settled = None;
+        self.meter = Meter::default();
+        self.place = Place::Here(prepared.player);
+        self.ready = Some(prepared.ready);
+        // What was asked of the face before does not hold for this one.
+        (self.steps_wanted, self.settle_wanted, self.reset_wanted, self.owed_s) = (0, false, false, 0.0);
+    }
+
+    /// Takes back the player that worked beside the window, when it is done.
+    fn fetch(&mut self) {
+        let Place::Beside(receiver) = &self.place else { return };
+        match receiver.try_recv() {
+            Ok(returned) => {
+                self.meter.count(returned.steps, returned.took);
+                if let Some(settled) = returned.settled {
+                    self.settled = Some(words_of(settled));
+                }
+                self.show(&returned.player);
+                self.place = Place::Here(returned.player);
+            }
+            Err(TryRecvError::Empty) => {}
+            Err(TryRecvError::Disconnected) => {
+                self.place = Place::Nowhere;
+                self.playing = false;
+                self.asked = None;
+                self.seen = None;
+                self.ready = None;
+                self.refused = Some("The simulation stopped unexpectedly; choose another step or method.".to_owned());
+            }
+        }
+    }
+
+    fn show(&mut self, player: &Player) {
+        if let Some(ready) = &mut self.ready {
+            ready.show(player);
+        }
+        if player.failure().is_some() {
+            self.playing = false;
+        }
+    }
+
+    /// Lets the time of one frame of the window pass; whether something moves.
+    pub(super) fn run(
+        &mut self,
+        wanted: &Expression,
+        pace: Pace,
+        picked: Option<u32>,
+        frame_s: f64,
+        ctx: &egui::Context,
+    ) -> bool {
+        self.fetch();
+        if !matches!(self.place, Place::Here(_)) {
+            return matches!(self.place, Place::Beside(_));
+        }
+        let Place::Here(mut player) = std::mem::take(&mut self.place) else { return false };
+        player.want(wanted);
+        player.set_pace(pace);
+        player.pick(picked);
+        if std::mem::take(&mut self.reset_wanted) {
+            player.reset();
+            self.settled = None;
+            self.owed_s = 0.0;
+        }
+        let settle = std::mem::take(&mut self.settle_wanted);
+        let mut steps = std::mem::take(&mut self.steps_wanted);
+        let moving = self.playing && player.failure().is_none() && !is_at_rest(&player);
+        if moving {
+            self.owed_s += frame_s;
+            let due = (self.owed_s / pace.step_s + 1e-6).floor();
+            self.owed_s = (self.owed_s - due * pace.step_s).max(0.0);
+            steps += due as usize;
+            let fps = 1.0 / frame_s.max(1e-4);
+            self.meter.fps = if self.meter.fps > 0.0 { 0.9 * self.meter.fps + 0.1 * fps } else { fps };
+        } else {
+            self.meter.fps = 0.0;
+            self.owed_s = 0.0;
+        }
+        let slow = self.meter.step_ms > 1e3 * IN_FRAME.as_secs_f64();
+        let large = settle && player.state().positions.len() > SETTLED_AT_ONCE;
+        if large || (slow && steps > 0) {
+            self.send(player, steps, settle, ctx);
+            return true;
+        }
+        let (taken, took) = take_steps(&mut player, steps, IN_FRAME);
+        self.meter.count(taken, took);
+        if moving && steps > 0 {
+            let rate = taken as f64 / steps as f64;
+            self.meter.rate = if self.meter.rate > 0.0 { 0.9 * self.meter.rate + 0.1 * rate } else { rate };
+        }
+        if settle {
+            self.settled = Some(words_of(player.settle().map_err(|e| e.to_string())));
+        }
+        self.show(&player);
+        self.place = Place::Here(player);
+        moving
+    }
+
+    /// Lets the player work beside the window.
+    fn send(&mut self, mut player: Box<Player>, steps: usize, settle: bool, ctx: &egui::Context) {
+        let (sender, receiver) = channel();
+        let ctx = ctx.clone();
+        let most = if settle { Duration::ZERO } else { BESIDE };
+        let spawned = std::thread::Builder::new().name("simulation".into()).spawn(move || {
+            let (steps, took) = take_steps(&mut player, steps, most);
+            let settled = settle.then(|| player.settle().map_err(|e| e.to_string()));
+            // The window may be gone; then nobody waits.
+            let _ = sender.send(Returned { player, steps, took, settled });
+            ctx.request_repaint();
+        });
+        if spawned.is_ok() {
+            let asked = steps as f64 * self.meter.step_ms;
+            let rate = (1e3 * BESIDE.as_secs_f64() / asked.max(1e-9)).min(1.0);
+            self.meter.rate = rate;
+        }
+        // Without a thread the sender is gone, which is found with the next frame.
+        self.place = Place::Beside(receiver);
+    }
+}
+
+/// Takes steps until all are taken, one fails, or the time is up; at least one. How many, and how long that took.
+fn take_steps(player: &mut Player, steps: usize, most: Duration) -> (usize, Duration) {
+    let began = Instant::now();
+    let mut taken = 0;
+    while taken < steps && (taken == 0 || began.elapsed() < most) && player.step() {
+        taken += 1;
+    }
+    (taken, began.elapsed())
+}
+
+fn is_at_rest(player: &Player) -> bool {
+    let slow = |v: &Vector3<f64>| v.norm_squared() < AT_REST_MM_S * AT_REST_MM_S;
+    player.steps() > 0 && player.has_arrived() && player.state().velocities.iter().all(slow)
+}
+
+/// What is said of an equilibrium.
+fn words_of(found: Result<Equilibrium, String>) -> String {
+    match found {
+        Err(why) => sentence(&why),
+        Ok(found) => {
+            let ended = found.ended.label();
+            let steps = if found.iterations == 1 { "step" } else { "steps" };
+            format!("Settled: {ended} after {} {steps}, {:.1e} N left", found.iterations, found.residual_n)
+        }
+    }
+}
+
+impl Ready {
+    pub(super) fn new(question: &Question, player: &Player) -> Self {
+        // What a view must fit is the face at rest, with room for a jaw that opens.
+        let at_rest = question.face.mesh().with_positions(question.rest.to_vec());
+        let drawing = at_rest.as_ref().map_or_else(|_| FaceDrawing::new(question.face.mesh()), FaceDrawing::new);
+        let drawing = drawing.with_room_below(JAW_ROOM_MM);
+        let mut ready = Self {
+            openings: Openings::of(&question.face, &question.rest),
+            face: Arc::clone(&question.face),
+            rest: Arc::clone(&question.rest),
+            actuators: Arc::new(player.stage().actuators.clone()),
+            drawing,
+            positions: Vec::new(),
+            loads: Vec::new(),
+            samples: Vec::new(),
+            failure: None,
+            folded: Vec::new(),
+            time_s: 0.0,
+            setup: question.setup,
+        };
+        ready.show(player);
+        ready
+    }
+
+    fn show(&mut self, player: &Player) {
+        let moved = self.positions != player.state().positions;
+        if moved {
+            self.positions.clone_from(&player.state().positions);
+            let finite = self.positions.iter().all(|p| p.coords.iter().all(|c| c.is_finite()));
+            // A state that failed may be no place to draw: the last good one stays.
+            if finite {
+                self.drawing.move_to(self.face.mesh(), &self.positions);
+            }
+            self.folded = player.folded();
+        }
+        self.loads.clear();
+        self.loads.extend_from_slice(player.loads());
+        self.samples.clear();
+        self.samples.extend(player.samples());
+        self.failure = player.failure().cloned();
+        self.time_s = player.time_s();
+    }
+}
