@@ -641,8 +641,17 @@ fn a_fit_writes_its_tables_its_drawing_and_a_report_that_names_the_command() {
         "frontalis_lateral_left,frontalis_lateral_right",
     ]);
     assert!(said.contains("best: ") && said.contains("Koch"), "{said}");
-    let files =
-        ["activations.csv", "fields.csv", "fit.json", "profiles.csv", "profiles.png", "profiles.svg", "report.html"];
+    let files = [
+        "activations.csv",
+        "fields.csv",
+        "fit.json",
+        "profiles.csv",
+        "profiles.png",
+        "profiles.svg",
+        "replay.csv",
+        "replay.svg",
+        "report.html",
+    ];
     assert_eq!(names(&fit), set(&files));
 
     let report: Value = serde_json::from_str(&fs::read_to_string(fit.join("fit.json")).unwrap()).unwrap();

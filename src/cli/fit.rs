@@ -10,7 +10,7 @@ use super::progress::Progress;
 use super::scene::{Frames, Scene};
 use super::shell_word;
 use crate::export::muscles::Subject;
-use crate::export::{muscle_report, report};
+use crate::export::{muscle_report, replay, report};
 use crate::face::FaceModel;
 use crate::fit::Compare;
 use crate::muscle_field::subjects::carry;
@@ -196,6 +196,9 @@ fn say(subject: &Subject<'_>) {
     }
     if let Some(rung) = subject.ladder.and_then(|l| l.rungs.get(l.recommended?)) {
         println!("recommended rung: {} ({} numbers)", rung.name, rung.parameters);
+    }
+    if let Some(replay) = muscle_report::replayed(subject) {
+        println!("simulated against seen: {}", replay::in_words(&replay));
     }
     for (name, carried) in subject.carried {
         for row in &carried.rows {

@@ -11,6 +11,7 @@ pub mod muscle_report;
 pub mod muscle_tables;
 pub mod muscles;
 pub mod obj;
+pub mod replay;
 pub mod report;
 pub mod tps;
 pub mod vtk;

@@ -8,6 +8,7 @@ use super::height_map;
 use super::muscle_tables::{self, error};
 use super::muscles::{self, Subject, activations_svg, ladder_svg, profiles, profiles_svg, title, with_interval};
 use super::png;
+use super::replay::{self, replay_csv, replay_svg};
 use super::report::Circumstances;
 use crate::draw::ColourMap;
 use crate::draw::height_map::HeightMapError;
@@ -21,6 +22,7 @@ use crate::fit::{FailedFit, LawFit};
 use crate::muscle_field::fibres::muscle_name;
 use crate::muscle_field::fields::fields;
 use crate::muscle_field::profiles::Part;
+use crate::muscle_field::replay::{Replay, pull_of_muscles};
 
 /// Why there is no report.
 #[derive(Debug, thiserror::Error)]
@@ -36,7 +38,8 @@ pub enum ReportError {
     Png(#[from] image::ImageError),
 }
 
-/// All files on the muscles: `fit.json`, `activations.csv`, `profiles.csv`, `profiles.svg`, `profiles.png`, `fields.csv`, `report.html`.
+/// All files on the muscles: `fit.json`, `activations.csv`, `profiles.csv`, `profiles.svg`, `profiles.png`, `fields.csv`, `report.html`, and where a
+/// point is measured `replay.csv` and `replay.svg`.
 ///
 /// # Errors
 /// [`ReportError`].
@@ -46,22 +49,38 @@ pub fn files(
 ) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
     let cut = profiles(subject);
     let drawn = profiles_svg(subject, &cut);
-    Ok(vec![
+    let replay = replayed(subject);
+    let mut files = vec![
         ("fit.json", muscles::fit_json(subject, circumstances).into_bytes()),
         ("activations.csv", muscles::activations(subject).into_bytes()),
         ("profiles.csv", muscles::profiles_csv(subject, &cut).into_bytes()),
         ("profiles.png", png(&svg::paint(&drawn, 1.0)?)?),
         ("profiles.svg", drawn.into_bytes()),
         ("fields.csv", muscles::fields_csv(subject).into_bytes()),
-        ("report.html", report(subject, circumstances)?.into_bytes()),
-    ])
+        ("report.html", report(subject, circumstances, replay.as_ref())?.into_bytes()),
+    ];
+    if let Some(replay) = &replay {
+        files.push(("replay.csv", replay_csv(subject.outcome, replay).into_bytes()));
+        files.push(("replay.svg", replay_svg(subject.face, subject.outcome, replay).into_bytes()));
+    }
+    Ok(files)
+}
+
+/// The muscles that were found at work again, where a point was seen to compare them with.
+pub fn replayed(subject: &Subject<'_>) -> Option<Replay> {
+    let Subject { project, face, outcome, analysis, .. } = *subject;
+    Replay::new(&project.settings, face, outcome, pull_of_muscles(face, outcome, analysis)).ok()
 }
 
 /// The text of `report.html`.
 ///
 /// # Errors
 /// [`ReportError`].
-pub fn report(subject: &Subject<'_>, circumstances: &Circumstances) -> Result<String, ReportError> {
+pub fn report(
+    subject: &Subject<'_>,
+    circumstances: &Circumstances,
+    replay: Option<&Replay>,
+) -> Result<String, ReportError> {
     let (analysis, outcome, unit) = (subject.analysis, subject.outcome, subject.outcome.unit());
     let name = title(subject.project);
     let mut d = Document::new(
@@ -101,6 +120,14 @@ pub fn report(subject: &Subject<'_>, circumstances: &Circumstances) -> Result<St
         "Observed forces along and across each muscle, and each law's curve on the skin there",
     );
     smallest_set(&mut d, subject);
+    if let Some(replay) = replay {
+        d.heading("Simulated against seen");
+        d.paragraph(&replay::in_words(replay));
+        d.drawing(
+            &replay_svg(subject.face, outcome, replay),
+            "Each measured point where it was seen, and where the muscles bring it when the skin of the first frame gives way to them",
+        );
+    }
     if let Some(ladder) = subject.ladder {
         d.heading("How much model the field needs");
         d.drawing(&ladder_svg(ladder), "Held-out error of each rung");

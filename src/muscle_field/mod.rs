@@ -12,6 +12,7 @@ pub mod fields;
 pub mod ladder;
 pub mod maps;
 pub mod profiles;
+pub mod replay;
 pub mod samples;
 pub mod section;
 pub mod subjects;
@@ -19,6 +20,7 @@ pub mod subjects;
 pub use analysis::{Analysis, LawRow, Nothing, Pull, Question};
 pub use fibres::{FibreAt, FibreOf};
 pub use ladder::{Ladder, Rung};
+pub use replay::{Replay, ReplayError, Simulated};
 pub use samples::{Include, Samples};
 
 #[cfg(test)]

@@ -84,6 +84,7 @@ impl EquilibriumSolver {
         let mut x: Vec<Point3<f64>> = start.iter().enumerate().map(|(i, p)| system.allowed(i, p)).collect();
         let mut energy = system.forces(&x, &mut self.forces);
         let mut iterations = 0;
+        self.search.begin();
         let ended = loop {
             if iterations >= self.iterations {
                 break Ended::OutOfIterations;
@@ -103,7 +104,7 @@ impl EquilibriumSolver {
                 break if longest < self.tolerance_mm { Ended::Converged } else { Ended::Stalled };
             };
             energy = system.forces(&x, &mut self.forces);
-            if longest * share < self.tolerance_mm {
+            if self.search.arrived(longest, share, self.tolerance_mm) {
                 break Ended::Converged;
             }
         };

@@ -50,9 +50,28 @@ impl Solver {
 pub(super) struct Search {
     pub(super) direction: Vec<Vector3<f64>>,
     trial: Vec<Point3<f64>>,
+    /// Length of the last whole step, mm.
+    last_mm: Option<f64>,
 }
 
 impl Search {
+    /// A search from a new place.
+    pub(super) fn begin(&mut self) {
+        self.last_mm = None;
+    }
+
+    /// Whether what is left after a step of this length (mm) and share is less than the tolerance: steps shrink at least as much
+    /// from one to the next as they just did.
+    pub(super) fn arrived(&mut self, longest_mm: f64, share: f64, tolerance_mm: f64) -> bool {
+        let whole = (share == 1.0).then_some(longest_mm);
+        let last = std::mem::replace(&mut self.last_mm, whole);
+        let left = match (whole, last) {
+            (Some(now), Some(last)) if now < 0.1 * last => now * now / last,
+            _ => longest_mm * share,
+        };
+        left < tolerance_mm
+    }
+
     /// Goes along the direction as far as lowers the energy enough; the share of it that was gone, or none. `slope` is the product of
     /// direction and force.
     pub(super) fn descend(
@@ -102,6 +121,7 @@ pub(super) fn step(system: &System, state: &mut State, step_s: f64, room: &mut R
     };
     state.positions.clone_from(begin);
     let mut energy = system.forces(&state.positions, forces) + moved(&state.positions);
+    search.begin();
     for _ in 0..ITERATIONS {
         for (i, f) in forces.iter_mut().enumerate() {
             *f -= (state.positions[i] - aim[i]) * if system.free[i] { weight(i) } else { 0.0 };
@@ -113,7 +133,7 @@ pub(super) fn step(system: &System, state: &mut State, step_s: f64, room: &mut R
         let longest = search.direction.iter().map(Vector3::norm_squared).fold(0.0, f64::max).sqrt();
         let total = |x: &[Point3<f64>]| system.potential(x) + moved(x);
         let Some((share, _)) = search.descend(system, &mut state.positions, energy, slope, total) else { break };
-        if longest * share < SMALL * system.size_mm() {
+        if search.arrived(longest, share, SMALL * system.size_mm()) {
             break;
         }
         energy = system.forces(&state.positions, forces) + moved(&state.positions);
