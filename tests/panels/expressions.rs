@@ -89,8 +89,8 @@ fn a_preset_plays_and_reset_puts_everything_back() {
     window.run_steps(2);
     assert_eq!((moved(&window, brow), ready(&window).time_s), (0.0, 0.0));
     keys(&mut window, Modifiers::NONE, Key::F6);
-    window.run_steps(2);
     let one = window.state().view().expressions.pace.step_s;
+    play_until(&mut window, 0.5 * one);
     assert!((ready(&window).time_s - one).abs() < 1e-9, "one step");
 }
 
