@@ -79,7 +79,8 @@ fn fills(face: &FaceModel, rest: &[Point3<f64>], positions: &[Point3<f64>]) -> V
     for opening in openings(face, rest) {
         let corners = opening.border.iter().map(|&v| positions[v as usize]).collect();
         let colour = if opening.iris.is_some() { [236, 233, 226] } else { [52, 24, 26] };
-        fills.push(Fill { corners, colour, behind_mm: 6.0 });
+        // So far that a turned face does not push it through the iris.
+        fills.push(Fill { corners, colour, behind_mm: 14.0 });
         let Some(iris) = opening.iris else { continue };
         for (radius, colour, behind_mm) in [(IRIS_MM, [96, 112, 116], 1.0), (PUPIL_MM, [26, 26, 28], 0.5)] {
             let corner = |k: usize| {
