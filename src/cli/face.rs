@@ -9,7 +9,9 @@ use clap::Subcommand;
 
 use super::error::CliError;
 use super::scene::{face_at, is_generic};
+use crate::export::expression_plate;
 use crate::export::face_plate::{self, PlateOptions, Style, View};
+use crate::expression::{Basic, Expression, Setup, Stage};
 use crate::face::generic::proportions;
 use crate::face::{self, FaceModel, check, import as mesh_import};
 use crate::project::whole_file::{self, Durability};
@@ -61,6 +63,9 @@ enum Action {
         /// The PNG file to write.
         #[arg(long, value_name = "FILE")]
         out: PathBuf,
+        /// The six expressions, each at rest, in place of the face alone.
+        #[arg(long, conflicts_with_all = ["view", "style", "preset"])]
+        expressions: bool,
         /// From where it is seen; may be given several times.
         #[arg(long, value_enum, default_values_t = [ViewArgument::Front])]
         view: Vec<ViewArgument>,
@@ -130,7 +135,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         }
         Action::Compare(arguments) => compare::run(arguments),
         Action::Import(arguments) => import::run(arguments),
-        Action::Picture { face, out, view, style, preset, height } => {
+        Action::Picture { face, out, expressions: true, height, .. } => {
+            let face = face_at(face.as_ref())?;
+            write_picture(out, &six_expressions(&face, *height)?)
+        }
+        Action::Picture { face, out, expressions: false, view, style, preset, height } => {
             let face = face_at(face.as_ref())?;
             let chosen = match preset {
                 None => None,
@@ -153,14 +162,30 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
                 height_px: *height,
             };
             let picture = face_plate::render(chosen.as_ref().unwrap_or(&face), &options)?;
-            let bytes = crate::export::png(&picture).map_err(|source| CliError::Encode { name: "picture", source })?;
-            write(out, &bytes)
+            write_picture(out, &picture)
         }
         Action::Generate { set, out } => {
             let wanted: Vec<(&str, f64)> = set.iter().map(|(id, mm)| (id.as_str(), *mm)).collect();
             write(out, face::file::to_json(&proportions::generate_with(&wanted)?))
         }
     }
+}
+
+/// The face under each of the six, where its skin comes to rest.
+fn six_expressions(face: &FaceModel, height_px: u32) -> Result<image::RgbImage, CliError> {
+    let rest = face.mesh().positions();
+    let mut stage = Stage::new(face, rest, &Setup::default())?;
+    let all = Basic::ALL.map(|b| Expression::basic(b, &stage.actuators));
+    let found = stage.equilibria(&all)?;
+    for (expression, e) in all.iter().zip(&found).filter(|(_, e)| !e.folded.is_empty()) {
+        eprintln!("warning: {}: {} triangles have turned over", expression.name, e.folded.len());
+    }
+    let named = all.into_iter().zip(found).map(|(expression, e)| (expression.name, e.positions));
+    Ok(expression_plate::plate(face, rest, &named.collect::<Vec<_>>(), height_px)?)
+}
+
+fn write_picture(out: &Path, picture: &image::RgbImage) -> Result<(), CliError> {
+    write(out, crate::export::png(picture).map_err(|source| CliError::Encode { name: "picture", source })?)
 }
 
 /// `nose_length=55` as a name and millimetres.

@@ -216,6 +216,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         turns: vec![0.0, 35_f64.to_radians()],
         title: if failure.is_some() { format!("{title} – failed") } else { title },
         view_px: [480, 620],
+        within: Vec::new(),
     };
     let picture = files::picture(&face, &rest, &played.last, &played.loads, &options)?;
     output.write("positions.csv", files::positions(&rest, &played.last, &played.loads).as_bytes())?;

@@ -4,6 +4,7 @@ pub mod colour_map;
 pub mod height_map;
 pub mod line_chart;
 pub mod numbers;
+pub mod paint;
 pub mod raster;
 pub mod robust_range;
 pub mod surface_picture;

@@ -6,13 +6,15 @@ use image::RgbImage;
 use nalgebra::{Point3, Rotation3, Vector3};
 
 use super::colour_map::{ColourMap, NOT_MEASURED};
+use super::paint::Paint;
 use super::raster::{Colour, Corner, Line, Raster, colour};
 use super::svg::{self, SvgError};
 use super::ticks;
 
 /// Colour of skin without a value.
 const CLAY: [u8; 3] = [214, 203, 194];
-const PAPER: [u8; 3] = [251, 251, 252];
+/// What lies behind a surface.
+pub(crate) const PAPER: [u8; 3] = [251, 251, 252];
 const INK: Colour = [0.10, 0.10, 0.13];
 /// Where the light comes from: above, from the left, in front.
 const LIGHT: [f64; 3] = [-0.35, 0.45, 0.82];
@@ -38,9 +40,13 @@ pub struct SurfaceOptions {
     pub quantity: String,
     /// What is seen through openings.
     pub fills: Vec<Fill>,
+    /// What is painted on the surface where no values are; clay without it.
+    pub paint: Option<Paint>,
+    /// Points that find place in every view, so that several pictures have one scale; the surface's own where there are none.
+    pub within: Vec<Point3<f64>>,
 }
 
-/// A flat shape in one colour, without light: an eye in its opening.
+/// A flat shape in one colour, without light: the dark of a mouth; or a window on a ball: an eye in its opening.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fill {
     /// Its border, in order; it must be seen whole from its middle.
@@ -49,6 +55,33 @@ pub struct Fill {
     pub colour: [u8; 3],
     /// So much farther from the eye than it is, for what hides it, mm.
     pub behind_mm: f64,
+    /// What is seen through it; its colour is then that of the ball.
+    pub ball: Option<Ball>,
+}
+
+/// A ball that looks ahead, along z.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ball {
+    /// Its centre.
+    pub centre: Point3<f64>,
+    /// Its radius, mm.
+    pub radius_mm: f64,
+    /// Discs about the point that lies foremost: radius in mm and colour, the smallest first.
+    pub rings: Vec<(f64, [u8; 3])>,
+}
+
+impl Ball {
+    /// What is seen of it through a point, from a side (of length 1): the colour `own` outside its rings, and the normal.
+    fn seen(&self, through: &Point3<f64>, from: &Vector3<f64>, own: [u8; 3]) -> ([u8; 3], Vector3<f64>) {
+        let across = through - self.centre;
+        let across = across - from * across.dot(from);
+        let rise2 = self.radius_mm * self.radius_mm - across.norm_squared();
+        // Beside the ball is its edge.
+        let normal = (across + from * rise2.max(0.0).sqrt()).try_normalize(1e-12).unwrap_or(*from);
+        let off = normal.xy().norm() * self.radius_mm;
+        let ring = self.rings.iter().find(|(radius, _)| normal.z > 0.0 && off < *radius);
+        (ring.map_or(own, |r| r.1), normal)
+    }
 }
 
 impl Default for SurfaceOptions {
@@ -63,12 +96,15 @@ impl Default for SurfaceOptions {
             title: String::new(),
             quantity: String::new(),
             fills: Vec::new(),
+            paint: None,
+            within: Vec::new(),
         }
     }
 }
 
-/// Height of the heading and width of the legend, px.
-const HEADING_PX: u32 = 56;
+/// Height of the heading, px.
+pub(crate) const HEADING_PX: u32 = 56;
+/// Width of the legend, px.
 const LEGEND_PX: u32 = 130;
 
 /// Draws the surface; without `values` in the colour of clay, with them a vertex without a value in grey.
@@ -87,13 +123,14 @@ pub fn render(
     let raster = Raster { width: wide * views + legend, height: high + HEADING_PX, samples: 3 };
 
     let (mut low, mut top) = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
-    for p in positions {
+    let within = if options.within.is_empty() { positions } else { &options.within };
+    for p in within {
         low = low.inf(p);
         top = top.sup(p);
     }
     let centre = nalgebra::center(&low, &top);
     // Every turn about the vertical axis fits.
-    let half_width = positions.iter().map(|p| (p - centre).xz().norm()).fold(1e-9, f64::max);
+    let half_width = within.iter().map(|p| (p - centre).xz().norm()).fold(1e-9, f64::max);
     let px_per_mm =
         (0.94 * f64::from(high) / (top.y - low.y).max(1e-9)).min(0.97 * f64::from(wide) / (2.0 * half_width));
 
@@ -139,11 +176,19 @@ pub fn render(
         }
     }
     let light = Vector3::from(LIGHT).normalize();
-    let in_fills: Vec<[u8; 3]> = options.fills.iter().flat_map(|f| vec![f.colour; f.corners.len()]).collect();
+    let in_fills: Vec<(&Fill, usize)> =
+        options.fills.iter().flat_map(|f| (0..f.corners.len()).map(move |k| (f, k))).collect();
     let in_a_view = shown.len() + in_fills.len();
     let shade = |hit: super::raster::Hit| {
         let Some(&t) = shown.get(hit.triangle % in_a_view) else {
-            return colour(in_fills[hit.triangle % in_a_view - shown.len()]);
+            let (fill, k) = in_fills[hit.triangle % in_a_view - shown.len()];
+            let Some(ball) = &fill.ball else { return colour(fill.colour) };
+            let ends = [middle_of(&fill.corners), fill.corners[k], fill.corners[(k + 1) % fill.corners.len()]];
+            let through: Vector3<f64> = ends.iter().zip(hit.weights).map(|(p, w)| p.coords * w).sum();
+            let about = turns[hit.triangle / in_a_view];
+            let (seen, normal) = ball.seen(&through.into(), &(about.inverse() * Vector3::z()), fill.colour);
+            let lit = (0.62 + 0.38 * (about * normal).dot(&light).max(0.0)) as f32;
+            return colour(seen).map(|c| c * lit);
         };
         let blend = |of: &dyn Fn(usize) -> Vector3<f64>| -> Vector3<f64> {
             t.iter().zip(hit.weights).map(|(&i, w)| of(i) * w).sum()
@@ -151,19 +196,19 @@ pub fn render(
         let normal =
             turns[hit.triangle / in_a_view] * blend(&|i| normals[i]).try_normalize(1e-12).unwrap_or_else(Vector3::z);
         let base = match values {
-            None => CLAY,
+            None => options.paint.as_ref().map_or(colour(CLAY), |p| p.colour(t, hit.weights)),
             Some(values) => {
                 let own = t.map(|i| values.get(i).copied().flatten());
                 let value = match own {
                     [Some(a), Some(b), Some(c)] => Some(a * hit.weights[0] + b * hit.weights[1] + c * hit.weights[2]),
                     _ => None,
                 };
-                value.map_or(NOT_MEASURED, |v| options.colour_map.of(Some(v), options.range))
+                colour(value.map_or(NOT_MEASURED, |v| options.colour_map.of(Some(v), options.range)))
             }
         };
         // Seen from behind a surface is darker, not black.
         let lit = (0.46 + 0.54 * normal.dot(&light).max(0.0)) as f32 * if normal.z < 0.0 { 0.7 } else { 1.0 };
-        colour(base).map(|c| c * lit)
+        base.map(|c| c * lit)
     };
     let paper = colour(PAPER);
     let mut picture = raster.draw(&corners, shade, &lines, |_, _| paper);
@@ -269,7 +314,7 @@ mod tests {
     #[test]
     fn a_fill_is_seen_through_an_opening_and_not_through_skin() {
         let positions = SQUARE.map(Point3::from);
-        let fill = Fill { corners: positions.to_vec(), colour: [200, 30, 30], behind_mm: 1.0 };
+        let fill = Fill { corners: positions.to_vec(), colour: [200, 30, 30], behind_mm: 1.0, ball: None };
         let options =
             SurfaceOptions { turns: vec![0.0], wireframe: false, fills: vec![fill], ..SurfaceOptions::default() };
         // The lower right half of the square is skin, the upper left one is open.

@@ -7,12 +7,11 @@ use image::RgbImage;
 use nalgebra::{Point3, Vector3};
 use serde::Serialize;
 
-use super::obj;
+use super::{face_paint, obj};
 use crate::draw::ColourMap;
 use crate::draw::robust_range::robust_largest;
-use crate::draw::surface_picture::{self, Fill, SurfaceOptions};
+use crate::draw::surface_picture::{self, SurfaceOptions};
 use crate::draw::svg::SvgError;
-use crate::expression::openings::{IRIS_MM, PUPIL_MM, openings};
 use crate::expression::player::Pace;
 use crate::expression::{Expression, Player, Sample, Setup, Shown};
 use crate::face::FaceModel;
@@ -54,7 +53,7 @@ pub fn mesh(face: &FaceModel, expression: &str, time_s: f64, positions: &[Point3
 /// How a moment of the play is drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PictureOptions {
-    /// The value on the skin; clay without one.
+    /// The value on the skin; without one brows and lips are painted, on a face without their landmarks nothing.
     pub shown: Option<Shown>,
     /// The value at the end of the colours; the largest, rounded up, without one.
     pub most: Option<f64>,
@@ -64,33 +63,14 @@ pub struct PictureOptions {
     pub title: String,
     /// Size of a view, px.
     pub view_px: [u32; 2],
+    /// Points that find place in every view; the surface's own where there are none.
+    pub within: Vec<Point3<f64>>,
 }
 
 /// The value at the end of the colours that holds these values.
 pub fn end_of_colours(values: &[f64]) -> f64 {
     let most = robust_largest(values.iter().copied());
     if most > 1e-6 { crate::draw::robust_range::round_up(most) } else { 1.0 }
-}
-
-/// Eyes and the dark of the mouth, behind the skin.
-fn fills(face: &FaceModel, rest: &[Point3<f64>], positions: &[Point3<f64>]) -> Vec<Fill> {
-    const SIDES: usize = 32;
-    let mut fills = Vec::new();
-    for opening in openings(face, rest) {
-        let corners = opening.border.iter().map(|&v| positions[v as usize]).collect();
-        let colour = if opening.iris.is_some() { [236, 233, 226] } else { [52, 24, 26] };
-        // So far that a turned face does not push it through the iris.
-        fills.push(Fill { corners, colour, behind_mm: 14.0 });
-        let Some(iris) = opening.iris else { continue };
-        for (radius, colour, behind_mm) in [(IRIS_MM, [96, 112, 116], 1.0), (PUPIL_MM, [26, 26, 28], 0.5)] {
-            let corner = |k: usize| {
-                let (sin, cos) = (k as f64 / SIDES as f64 * std::f64::consts::TAU).sin_cos();
-                iris + Vector3::new(radius * cos, radius * sin, 0.0)
-            };
-            fills.push(Fill { corners: (0..SIDES).map(corner).collect(), colour, behind_mm });
-        }
-    }
-    fills
 }
 
 /// Draws a moment of the play.
@@ -111,9 +91,13 @@ pub fn picture(
         turns: options.turns.clone(),
         wireframe: false,
         title: options.title.clone(),
-        fills: fills(face, rest, positions),
+        fills: face_paint::fills(face, rest, positions),
+        within: options.within.clone(),
         ..SurfaceOptions::default()
     };
+    if options.shown.is_none() {
+        surface.paint = face_paint::paint(face, rest);
+    }
     let values = options.shown.map(|shown| {
         let values = shown.values(face.mesh(), rest, positions, loads);
         let high = options.most.unwrap_or_else(|| end_of_colours(&values));
@@ -351,6 +335,7 @@ mod tests {
             turns: vec![0.0],
             title: "Happy".to_owned(),
             view_px: [120, 160],
+            within: Vec::new(),
         };
         let loads = vec![Vector3::zeros(); rest.len()];
         let drawn = picture(&face, rest, rest, &loads, &options).unwrap();

@@ -4,6 +4,8 @@ pub mod coco;
 pub mod csv;
 pub mod document;
 pub mod expression;
+pub mod expression_plate;
+pub mod face_paint;
 pub mod face_plate;
 pub mod height_map;
 pub mod homologous;

@@ -3,9 +3,10 @@
 use nalgebra::Point3;
 
 use super::actuator::{ActuatorError, ActuatorSettings, Actuators};
+use super::preset::Expression;
 use crate::face::FaceModel;
 use crate::muscle::{LawKind, MuscleLaw};
-use crate::simulate::{Hold, System, SystemError, SystemOptions};
+use crate::simulate::{Equilibrium, EquilibriumSolver, Hold, OutOfMemory, System, SystemError, SystemOptions};
 
 /// What keeps the skin on the face, as a choice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -89,6 +90,9 @@ pub enum StageError {
     /// Its skin makes no system.
     #[error("the skin cannot be simulated: {0}")]
     System(#[from] SystemError),
+    /// Its equilibria cannot be looked for.
+    #[error(transparent)]
+    Memory(#[from] OutOfMemory),
 }
 
 /// A face at rest, with what moves it.
@@ -112,5 +116,20 @@ impl Stage {
             SystemOptions { hold: setup.holding.hold(), stiffness: setup.stiffness, ..SystemOptions::default() };
         let system = System::new(face.mesh(), rest, &actuators.held, Some(actuators.jaw.clone()), options)?;
         Ok(Self { system, actuators })
+    }
+
+    /// Where the skin comes to rest under each of these; names that this face does not have are passed over.
+    ///
+    /// # Errors
+    /// Activations that are no numbers, and too little memory.
+    pub fn equilibria(&mut self, expressions: &[Expression]) -> Result<Vec<Equilibrium>, StageError> {
+        let mut solver = EquilibriumSolver::new(&self.system)?;
+        let mut found = Vec::with_capacity(expressions.len());
+        for expression in expressions {
+            self.system.open_jaw(expression.jaw_deg.to_radians());
+            self.system.set_loads(self.actuators.loads(expression).newton)?;
+            found.push(solver.solve(&self.system, &self.system.carried()));
+        }
+        Ok(found)
     }
 }

@@ -162,6 +162,7 @@ fn pictures(folder: &Path, wanted: &Wanted, moments: &[Played], progress: &Progr
             turns: vec![wanted.turn],
             title: wanted.expression.name.clone(),
             view_px: PICTURE_PX,
+            within: Vec::new(),
         };
         let drawn = files::picture(&wanted.face, &wanted.rest, positions, loads, &options).map_err(|e| refused(&e))?;
         if choice.png {
