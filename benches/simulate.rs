@@ -22,6 +22,8 @@ type Anything = Result<(), Box<dyn std::error::Error>>;
 
 /// Sum of the lengths of one muscle's forces, N.
 const STRENGTH_N: f64 = 1.0;
+/// Shorter steps are not tried, s.
+const LEAST_STEP_S: f64 = 3e-6;
 
 fn main() -> Anything {
     let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
@@ -119,7 +121,7 @@ fn times(face: &FaceModel) -> Anything {
     for method in Method::ALL {
         let step_s = match method.limit_s(&system) {
             None => 1.0 / 60.0,
-            Some(_) => longest_step(&system, method, 1e-7).unwrap_or(1e-6),
+            Some(_) => longest_step(&system, method, LEAST_STEP_S).unwrap_or(LEAST_STEP_S),
         };
         let repeats = if step_s > 1e-3 { 9 } else { 1 };
         let (least, median) = least_and_median(|| _ = run(&system, method, step_s, 1.0), repeats);
@@ -242,7 +244,7 @@ fn trials(face: &FaceModel, starts: u64, folder: &Path) -> Anything {
         let mut values = Vec::new();
         for stiffness in stiffnesses {
             let system = brow_raise(face, SystemOptions { stiffness, ..SystemOptions::default() })?;
-            let longest = longest_step(&system, method, 1e-7);
+            let longest = longest_step(&system, method, LEAST_STEP_S);
             let ms = |s: Option<f64>| s.map_or_else(String::new, |s| format!("{:.4}", 1e3 * s));
             let _ =
                 writeln!(csv, "{},skull,{stiffness},{},{}", method.name(), ms(longest), ms(method.limit_s(&system)));
@@ -259,7 +261,7 @@ fn trials(face: &FaceModel, starts: u64, folder: &Path) -> Anything {
     for hold in [Hold::ANCHORS, Hold::Bare] {
         let system = brow_raise(face, SystemOptions { hold, ..SystemOptions::default() })?;
         for method in Method::ALL {
-            let longest = longest_step(&system, method, 1e-7).map_or_else(String::new, |s| format!("{:.4}", 1e3 * s));
+            let longest = longest_step(&system, method, LEAST_STEP_S).map_or_else(String::new, |s| format!("{:.4}", 1e3 * s));
             let limit = method.limit_s(&system).map_or_else(String::new, |s| format!("{:.4}", 1e3 * s));
             let name = if hold == Hold::Bare { "bare" } else { "anchors" };
             let _ = writeln!(csv, "{},{name},1,{longest},{limit}", method.name());

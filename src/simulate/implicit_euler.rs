@@ -17,7 +17,7 @@ use super::system::{State, System};
 /// Newton steps at most in a time step.
 const ITERATIONS: usize = 8;
 /// Smaller Newton steps end the search, in sizes of the face.
-const SMALL: f64 = 1e-5;
+const SMALL: f64 = 1e-4;
 /// Halvings of a Newton step before it is given up.
 const HALVINGS: usize = 24;
 /// Share of the promised descent that is enough (Armijo).
