@@ -2,6 +2,7 @@
 
 mod refine;
 pub mod still;
+mod through;
 
 use image::RgbImage;
 use nalgebra::Point2;
@@ -14,6 +15,7 @@ use crate::marking::tracking::{self, Method, Point, Prepared, TrackSettings, Tra
 use crate::pipeline::Outcome;
 use crate::project::{MarkState, Project};
 pub use refine::{Line, Refined, Refinement, Why, refine, snap};
+pub use through::follow_film;
 
 /// A proposal for one vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -549,6 +549,30 @@ fn suggest_writes_a_table_and_leaves_the_project_alone() {
 }
 
 #[test]
+fn suggest_follows_the_skin_through_the_film_that_lies_beside_the_frames() {
+    let dir = tempfile::tempdir().unwrap();
+    let film = dir.path().join("brow_raise.mp4");
+    fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/film/brow_raise.mp4"), &film).unwrap();
+    done(&["frames", text(&film), "--first", "5", "--last", "17", "--out", text(dir.path())]);
+    done(&["demo", "--out", text(&dir.path().join("demo"))]);
+    let read = |path: &Path| -> serde_json::Value { serde_json::from_slice(&fs::read(path).unwrap()).unwrap() };
+    let project = dir.path().join("film.frontalis.json");
+    let (mut json, mut sample) = (read(&project), read(&dir.path().join("demo/sample.frontalis.json")));
+    for (_, mark) in sample["landmarks"].as_object_mut().unwrap() {
+        for at in mark["at_px"].as_array_mut().unwrap() {
+            *at = (at.as_f64().unwrap() * 96.0 / 1036.0).into();
+        }
+    }
+    json["landmarks"] = sample["landmarks"].take();
+    fs::write(&project, json.to_string()).unwrap();
+    let table = dir.path().join("suggestions.csv");
+    let suggest = || done(&["suggest", text(&project), "--out", text(&table)]);
+    assert!(suggest().contains("followed through 11 frames of"), "{}", suggest());
+    fs::remove_file(&film).unwrap();
+    assert!(suggest().contains("is not beside them: followed at once"), "{}", suggest());
+}
+
+#[test]
 fn two_frames_come_out_of_a_film_by_the_motion_or_by_number() {
     let film = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/film/brow_raise.mp4");
     let dir = tempfile::tempdir().unwrap();

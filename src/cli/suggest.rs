@@ -2,15 +2,19 @@
 
 use std::path::PathBuf;
 
+use image::RgbImage;
+
 use super::error::CliError;
 use super::progress::Progress;
 use super::scene::{Frames, Scene};
 use crate::export::csv;
-use crate::frames::Frame;
-use crate::pipeline::{self, Workspace};
+use crate::frames::{Frame, Way};
+use crate::marking::Gray;
+use crate::marking::tracking::Prepared;
+use crate::pipeline::{self, Outcome, Workspace};
 use crate::project::paths;
 use crate::project::whole_file::{self, Durability};
-use crate::suggest;
+use crate::suggest::{self, Followed, Suggestion};
 
 /// What `suggest` asks for.
 #[derive(Debug, clap::Args)]
@@ -28,18 +32,51 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let scene = Scene::open(&arguments.project, Frames::Required)?;
     let frames = &scene.project.frames;
     let (Some(first), Some(last)) = (&frames.first, &frames.last) else { return Err(CliError::NoFrames) };
-    let [first, last] =
-        [first, last].map(|f| Frame::read(&paths::resolve(&arguments.project, f)).map(Frame::into_image));
-    let (first, last) = (first?, last?);
+    let files = [first, last].map(|f| paths::resolve(&arguments.project, f));
+    let [first, last] = files.each_ref().map(|f| Frame::read(f).map(Frame::into_image));
+    let pictures = [first?, last?];
     progress.stage("track");
     let outcome = pipeline::solve(&scene.project, &scene.face, scene.image_size_px, &mut Workspace::default());
-    let found = suggest::suggestions(&scene.project, &scene.face, &outcome, &first, &last);
+    let (found, way) = found(&scene, &outcome, &files, &pictures);
     let text = csv::suggestions(&found, &scene.face);
     let failed = |source| CliError::Write { path: arguments.out.clone(), source };
     whole_file::write(&arguments.out, text.as_bytes(), Durability::Process).map_err(failed)?;
     drop(progress);
     let sure = found.iter().filter(|s| s.confidence >= 0.9).count();
     println!("{} points suggested, {sure} of them at 90 % confidence or more", found.len());
+    if let Some(way) = way {
+        println!("{way}");
+    }
     println!("written to {}", arguments.out.display());
     Ok(())
+}
+
+/// Suggestions, through the film that both frames were taken from where it lies beside them, and a line about it.
+fn found(
+    scene: &Scene,
+    outcome: &Outcome,
+    files: &[PathBuf; 2],
+    [first, last]: &[RgbImage; 2],
+) -> (Vec<Suggestion>, Option<String>) {
+    let (Some(gray), Some(last)) = (Gray::of(first), Gray::of(last)) else { return (Vec::new(), None) };
+    let (prepared, last) = (Prepared::of(gray), Prepared::of(last));
+    let (followed, way) = match Way::of([&files[0], &files[1]], &[]) {
+        Way::None => (Followed::default(), None),
+        Way::Missing(film) => {
+            let told = format!("the film {film}, from which the frames come, is not beside them: followed at once");
+            (Followed::default(), Some(told))
+        }
+        Way::Through(between) => {
+            let mut seen = 0;
+            let way = suggest::follow_film(&between, first, &scene.face, outcome, &prepared, &|| false, |n| seen = n);
+            match way {
+                Ok(followed) => {
+                    (followed, Some(format!("followed through {seen} frames of {}", between.film.display())))
+                }
+                Err(e) => (Followed::default(), Some(format!("followed at once: {e}"))),
+            }
+        }
+    };
+    let found = suggest::found_after(&scene.project, &scene.face, outcome, &prepared, &followed, &last);
+    (found.suggestions, way)
 }

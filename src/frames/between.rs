@@ -78,6 +78,12 @@ pub enum BetweenError {
         /// Number of the frame, from 1.
         number: usize,
     },
+    /// The reader gave up without a word.
+    #[error("{}: reading it broke off", path.display())]
+    BrokeOff {
+        /// The film.
+        path: PathBuf,
+    },
 }
 
 impl Between {

@@ -135,7 +135,14 @@ impl App {
         }
         let list = self.guided();
         let at = asked.and_then(|id| list.iter().position(|(p, _)| *p == id)).unwrap_or(list.len());
-        if let Some((id, _)) = at.checked_sub(1).and_then(|i| list.into_iter().nth(i)) {
+        // Where many were accepted at once, the point placed last is not the one before in the list: back to it, unless points were skipped
+        // between, or the one asked for has a mark and the list is walked.
+        let new = list.get(at).is_none_or(|(_, marked)| !marked);
+        let placed = self.view.frames.placed.as_ref().filter(|_| new);
+        let placed = placed.and_then(|id| list.iter().position(|(p, _)| p == id));
+        let all_marked = |from: &usize| list.get(*from..at).is_some_and(|l| l.iter().all(|(_, marked)| *marked));
+        let back = placed.filter(|from| *from < at && all_marked(from)).or(at.checked_sub(1));
+        if let Some((id, _)) = back.and_then(|i| list.into_iter().nth(i)) {
             self.jump_to(id);
         }
     }

@@ -2,11 +2,9 @@
 //! has marked the point or accepted them. Never data.
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use image::RgbImage;
 use nalgebra::Point2;
 
 use super::app::App;
@@ -534,30 +532,14 @@ fn walk(
         Ok(frame) => frame.image().clone(),
         Err(why) => return (Followed::default(), Through::Not(why)),
     };
-    let stop = || progress.is_cancelled();
-    // The film is read while the frame before is looked at: one waits, one is in hand.
-    let (sender, receiver) = std::sync::mpsc::sync_channel(0);
-    let (read, followed, seen) = std::thread::scope(|scope| {
-        let reader = scope.spawn(|| {
-            let sender = sender;
-            between.each(&picture, &stop, &mut |image| match sender.send(image) {
-                Ok(()) => ControlFlow::Continue(()),
-                Err(_) => ControlFlow::Break(()),
-            })
-        });
-        let mut seen = 0;
-        let frames = receiver.into_iter().take_while(|_| !stop()).filter_map(|image: RgbImage| {
-            seen += 1;
-            progress.set(seen as f64 / (between.count() + 1) as f64);
-            Gray::of(&image).map(Prepared::of).filter(|p| p.size() == first.size())
-        });
-        let followed = suggest::follow(face, outcome, first, frames);
-        (reader.join(), followed, seen)
-    });
-    match read {
-        Ok(Ok(())) => (followed, Through::Frames(seen, file_name(&between.film))),
-        Ok(Err(e)) => (Followed::default(), Through::Not(e.to_string())),
-        Err(_) => (Followed::default(), Through::Not(format!("{}: reading it broke off", between.film.display()))),
+    let (stop, mut seen) = (|| progress.is_cancelled(), 0);
+    let told = |count| {
+        seen = count;
+        progress.set(count as f64 / (between.count() + 1) as f64);
+    };
+    match suggest::follow_film(between, &picture, face, outcome, first, &stop, told) {
+        Ok(followed) => (followed, Through::Frames(seen, file_name(&between.film))),
+        Err(e) => (Followed::default(), Through::Not(e.to_string())),
     }
 }
 

@@ -3,6 +3,7 @@
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, Vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
 use frontalis::gui::panels::frames::Tool;
+use frontalis::gui::{Action, Command};
 use frontalis::project::{Edit, MarkState, PointId, Project, Which, edit};
 
 use crate::stage::{Person, Window, drag, key, keys, on_screen, open, project, seen};
@@ -254,6 +255,42 @@ fn doubt_right_after_a_press_is_about_the_point_just_placed() {
     assert_eq!(asked(&window), first);
     key(&mut window, Key::U);
     assert_eq!((state(&window, first), state(&window, second)), (Some(MarkState::Uncertain), Some(MarkState::Marked)));
+}
+
+#[test]
+fn back_goes_to_the_point_placed_last_over_those_accepted_together() {
+    let (mut window, _folder) = guided(&["forehead"]);
+    let placed = asked(&window);
+    let at = predicted(&window, placed);
+    quick(&mut window, at, Vec2::ZERO);
+    // The next two points get their marks at once, and the guide goes on after them.
+    let next = asked(&window);
+    let order = window.state().face().region("forehead").to_vec();
+    let from = order.iter().position(|v| *v == next).unwrap();
+    let accepted = order[from..from + 2].iter().map(|&v| {
+        let at = window.state().outcome().last_in_image[v as usize];
+        frontalis::project::edit::Accepted {
+            vertex: v,
+            at_px: [at.x, at.y],
+            state: MarkState::Marked,
+            role: frontalis::project::Role::Skin,
+        }
+    });
+    let together = Edit::Accept(accepted.collect());
+    window.state_mut().push(Command::Edit(together));
+    window.run_steps(3);
+    window.state_mut().push(Command::Do(Action::Next));
+    window.run_steps(3);
+    let waiting = asked(&window);
+    assert_eq!(waiting, order[from + 2]);
+    key(&mut window, Key::Comma);
+    assert_eq!(asked(&window), placed);
+    key(&mut window, Key::Period);
+    assert_eq!(asked(&window), waiting, "forwards leads to the next without a mark");
+    // Where a point was skipped, it is the one before.
+    key(&mut window, Key::Period);
+    key(&mut window, Key::Comma);
+    assert_eq!(asked(&window), waiting);
 }
 
 #[test]

@@ -106,7 +106,10 @@ pub fn show(ui: &mut egui::Ui, view: &mut FilmView, commands: &mut Vec<Command>)
     drop(known);
     let mut close = false;
     ui.horizontal(|ui| {
-        if super::modals::primary_if(ui, ready, "Use these frames").clicked() {
+        let pressed = super::modals::primary_if(ui, ready, "Use these frames").clicked();
+        // A key that is still held from typing the film's path is no answer to what is not proposed yet.
+        let chosen = looked_through || view.touched;
+        if pressed || (ready && chosen && super::modals::enter(ui)) {
             commands.push(Command::UseFilmFrames(looking.clone(), view.chosen));
             close = true;
         }
@@ -168,8 +171,7 @@ fn headline(ui: &mut egui::Ui, view: &FilmView, known: &Known) {
 
 /// What the motion says, and how to choose.
 fn words(view: &FilmView, known: &Known) -> String {
-    let how =
-        "Drag the handles, or step with the left and right arrow keys (Shift: ten frames); 1 and 2 take a handle.";
+    let how = "Drag the handles, or step with the left and right arrow keys (Shift: ten frames); 1 and 2 take a handle. Enter uses them.";
     let proposed = match &known.motion {
         None => "The curve shows what changes from frame to frame.",
         Some(m) if !m.moved => "Nothing lasting moves in it: choose by eye.",

@@ -212,7 +212,7 @@ pub(super) fn primary_if(ui: &mut egui::Ui, possible: bool, label: &str) -> egui
 }
 
 /// Whether Enter was pressed where no button has the keyboard: it means the one that goes on.
-fn enter(ui: &egui::Ui) -> bool {
+pub(super) fn enter(ui: &egui::Ui) -> bool {
     let free = ui.memory(|m| m.focused().is_none());
     free && ui.input_mut(|i| i.consume_key(egui::Modifiers::NONE, egui::Key::Enter))
 }

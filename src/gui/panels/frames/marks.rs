@@ -146,13 +146,13 @@ fn outline(painter: &Painter, at: Pos2, r: f32, look: Look, stroke: Stroke) {
     }
 }
 
-/// Six dashes around.
+/// Four dashes around, as long as the gaps: on a point of ten pixels the halo closes smaller gaps, and the circle looks like that of a mark.
 fn dashed_circle(painter: &Painter, at: Pos2, r: f32, stroke: Stroke) {
-    let arcs = 6;
+    let arcs = 4;
     for k in 0..arcs {
         let from = std::f32::consts::TAU * k as f32 / arcs as f32;
         let points: Vec<Pos2> = (0..=4)
-            .map(|i| at + r * Vec2::angled(from + std::f32::consts::TAU * 0.6 / arcs as f32 * i as f32 / 4.0))
+            .map(|i| at + r * Vec2::angled(from + std::f32::consts::TAU * 0.5 / arcs as f32 * i as f32 / 4.0))
             .collect();
         painter.add(Shape::line(points, stroke));
     }
