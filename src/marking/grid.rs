@@ -201,7 +201,8 @@ impl Walk<'_> {
             |at: &Point2<f64>, d: &Vector2<f64>| [value(at + normal(d) * beside), value(at - normal(d) * beside)];
         let [a, b] = sides(&at, &direction);
         let mut light = a.max(b);
-        let paint = from.contrast;
+        // What the softened picture has left of the paint: of a line two pixels wide hardly more than half.
+        let paint = (light - value(at)).clamp(0.3 * from.contrast, from.contrast);
         let mut trail = VecDeque::from([from.at]);
         let (mut entered, mut left, mut missed) = (None, 0.0_f64, 0.0);
         let mut gone = 0.0;
@@ -460,7 +461,12 @@ mod tests {
 
     /// Lines 4 px wide at multiples of 30 px, as seen through a map from the picture to the skin, with a line of hair over them.
     fn painted(skin: impl Fn(f64, f64) -> [f64; 2], hair: bool) -> Prepared {
-        let on = |v: f64| (v - (v / 30.0).round() * 30.0).abs() < 2.0;
+        drawn(4.0, skin, hair)
+    }
+
+    /// As [`painted`], with lines of another width, px.
+    fn drawn(width: f64, skin: impl Fn(f64, f64) -> [f64; 2], hair: bool) -> Prepared {
+        let on = |v: f64| (v - (v / 30.0).round() * 30.0).abs() < 0.5 * width;
         let values = (0..300 * 260).map(|i| {
             let mut sum = 0.0;
             for k in 0..9 {
@@ -520,6 +526,14 @@ mod tests {
             assert!((steps.x - f64::from(p.column - zero.column)).abs() < 0.1, "{p:?}");
             assert!((steps.y - f64::from(p.row - zero.row)).abs() < 0.1, "{p:?}");
         }
+    }
+
+    /// Two pixels, as a line of 1 mm is in a picture 500 px wide: the softened picture in which the lines are followed has half of the paint.
+    #[test]
+    fn thin_lines_are_followed() {
+        let picture = drawn(2.0, |x, y| [x + 0.03 * y, y - 0.02 * x], false);
+        let found = pieces(&picture, &about(), 2.2);
+        assert!(found.first().is_some_and(|p| p.points.len() > 40), "{:?}", found.len());
     }
 
     #[test]
