@@ -261,7 +261,8 @@ fn trials(face: &FaceModel, starts: u64, folder: &Path) -> Anything {
     for hold in [Hold::ANCHORS, Hold::Bare] {
         let system = brow_raise(face, SystemOptions { hold, ..SystemOptions::default() })?;
         for method in Method::ALL {
-            let longest = longest_step(&system, method, LEAST_STEP_S).map_or_else(String::new, |s| format!("{:.4}", 1e3 * s));
+            let longest =
+                longest_step(&system, method, LEAST_STEP_S).map_or_else(String::new, |s| format!("{:.4}", 1e3 * s));
             let limit = method.limit_s(&system).map_or_else(String::new, |s| format!("{:.4}", 1e3 * s));
             let name = if hold == Hold::Bare { "bare" } else { "anchors" };
             let _ = writeln!(csv, "{},{name},1,{longest},{limit}", method.name());

@@ -3,8 +3,8 @@
 //! x' = argmin ½ (x − y)ᵀ M (x − y) / Δt² + ½ c |x − x_t|² / Δt + U(x),   y = x_t + Δt v,   v' = (x' − x_t) / Δt
 //!
 //! Its derivative set to zero is M (x' − y) / Δt² = f(x') − c (x' − x_t) / Δt: the step of Thesis (4.13), (4.14) with every
-//! force at the new place. Each iteration lowers the energy, so ½ m v'² + U never exceeds what it was at the start, whatever the step: it
-//! cannot diverge. It takes away motion that is faster than the step. Where the iterations end early (a stiff skin, a long step)
+//! force at the new place. Each iteration lowers that sum, so U' + ½ m |v' − v|² never exceeds ½ m v² + U, whatever the step: it
+//! cannot run away. At its minimum the whole energy falls where U is convex, as that of skin with tension at rest is. It takes away motion that is faster than the step. Where the iterations end early (a stiff skin, a long step)
 //! the rest is done in the next step.
 
 use nalgebra::{Point3, Vector3};

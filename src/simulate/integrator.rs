@@ -72,10 +72,10 @@ impl Method {
             Self::Thesis => {
                 "as symplectic Euler at rest; under compression its denominator vanishes and it is worse than explicit"
             }
-            Self::ImplicitEuler => "never gains energy, at any step; takes away motion that is faster than the step",
-            Self::VertexBlockDescent => {
-                "as implicit Euler, solved vertex by vertex: never gains energy, but may lag behind in stiff skin"
+            Self::ImplicitEuler => {
+                "loses energy at every step, however long; takes away motion that is faster than the step"
             }
+            Self::VertexBlockDescent => "as implicit Euler, solved vertex by vertex; may lag behind in stiff skin",
         }
     }
 

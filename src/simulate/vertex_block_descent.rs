@@ -3,7 +3,7 @@
 //! Hᵢ dᵢ = fᵢ,   Hᵢ = (m / Δt² + c / Δt) I + Σ k d dᵀ + max(0, T/L) (I − d dᵀ) + Σ r' ∇s ∇sᵀ
 //!
 //! It is what (4.17) wants to be: the own vertex at its new place, its neighbours at their newest ones, with the spring's matrix
-//! where the thesis has a scalar. A vertex that would gain energy is stepped half as far, so the energy never grows, whatever
+//! where the thesis has a scalar. A vertex that would gain energy is stepped half as far, so the sum never grows, whatever
 //! the step. Stiff skin needs more sweeps than are made: it then lags behind, and arrives in later steps. Vertices of one colour
 //! share no triangle and are stepped side by side.
 
