@@ -1,7 +1,7 @@
 //! Where the skin comes to rest under the muscles' loads: projected Newton with a line search.
 //!
 //! The energy U(x) of [`System::forces`] is lowered until no free vertex is pulled along the surface any more. Every iteration
-//! solves H d = f with the positive part H of the stiffness matrix ([`super::newton`]), so it descends from any start, also from
+//! solves H d = f with the positive part H of the stiffness matrix (`newton.rs`), so it descends from any start, also from
 //! folded and compressed ones. It ends in *an* equilibrium: bare skin has several (`docs/errata.md`), skin over a skull need not.
 
 use nalgebra::{Point3, Vector3};

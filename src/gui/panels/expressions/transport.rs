@@ -23,7 +23,8 @@ pub(super) fn show(
 ) {
     let p = theme::palette(ui.visuals());
     ui.add_space(2.0);
-    ui.horizontal_wrapped(|ui| {
+    // One line: what does not fit at its end is cut, and told whole under the pointer.
+    ui.horizontal(|ui| {
         let play = if work.is_playing() { "Pause" } else { "Play" };
         for (action, label) in [
             (Action::PlayPause, play),
@@ -49,7 +50,9 @@ pub(super) fn show(
                 significant(1e3 * view.pace.step_s, 3)
             ));
         }
-        ui.label(RichText::new(words.join("   ")).weak());
+        if !words.is_empty() {
+            ui.label(RichText::new(words.join("   ")).weak());
+        }
         if meter.rate > 0.0 && meter.rate < SLOW && meter.fps > 0.0 {
             let slow = format!("slowed: {} ms simulated per 100 ms shown", fixed(100.0 * meter.rate, 0));
             ui.colored_label(p.warn, slow)
@@ -64,7 +67,7 @@ pub(super) fn show(
             );
         }
         if let Some(words) = work.settled() {
-            ui.label(RichText::new(words).weak());
+            ui.add(egui::Label::new(RichText::new(words).weak()).truncate());
         }
     });
     ui.add_space(2.0);
