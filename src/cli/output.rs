@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use tempfile::TempDir;
 
 use super::error::CliError;
+use crate::project::whole_file;
 
 /// A folder in the making. Dropped, it leaves nothing behind; so does Ctrl-C.
 pub(super) struct Output {
@@ -65,7 +66,7 @@ impl Output {
         if !self.goal.exists() {
             let parent = crate::project::whole_file::folder_of(&self.goal);
             fs::create_dir_all(&parent).map_err(|source| failed(self.goal.clone(), source))?;
-            open_to_others(folder.path()).map_err(|source| failed(self.goal.clone(), source))?;
+            whole_file::open_to_others(folder.path()).map_err(|source| failed(self.goal.clone(), source))?;
             fs::rename(folder.path(), &self.goal).map_err(|source| failed(self.goal.clone(), source))?;
             let _ = folder.keep();
             return Ok(());
@@ -126,23 +127,6 @@ fn nearest_folder(goal: &Path) -> PathBuf {
         above = next;
     }
     above
-}
-
-/// A working folder is the user's alone; the finished one is like any other.
-fn open_to_others(folder: &Path) -> io::Result<()> {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // What the user's mask leaves is seen on a folder made without more ado.
-        let probe = folder.join(".mask");
-        fs::create_dir(&probe)?;
-        let mode = fs::metadata(&probe)?.permissions().mode();
-        fs::remove_dir(&probe)?;
-        fs::set_permissions(folder, fs::Permissions::from_mode(mode & 0o777))?;
-    }
-    #[cfg(not(unix))]
-    let _ = folder;
-    Ok(())
 }
 
 #[cfg(test)]

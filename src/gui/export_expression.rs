@@ -17,6 +17,7 @@ use crate::export::expression::{self as files, PictureOptions};
 use crate::expression::player::Pace;
 use crate::expression::{Expression, Player, Setup, Shown, Stage};
 use crate::face::FaceModel;
+use crate::project::whole_file;
 
 /// What is exported.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -129,7 +130,7 @@ pub fn write(inside: &Path, wanted: &Wanted, progress: &Progress) -> Result<Opti
         return Ok(None);
     }
     let goal = free_name(inside, &wanted.expression.name);
-    open_to_others(work.path()).and_then(|()| fs::rename(work.path(), &goal)).map_err(refused)?;
+    whole_file::open_to_others(work.path()).and_then(|()| fs::rename(work.path(), &goal)).map_err(refused)?;
     // Moved: there is nothing left to remove.
     let _ = work.keep();
     Ok(Some(goal))
@@ -188,22 +189,6 @@ fn free_name(inside: &Path, name: &str) -> PathBuf {
     let first = inside.join(stem);
     let others = (2_u32..).map(|n| inside.join(format!("{stem}-{n}")));
     std::iter::once(first.clone()).chain(others).find(|p| !p.exists()).unwrap_or(first)
-}
-
-/// A working folder is the person's alone; the finished one is like any other.
-fn open_to_others(folder: &Path) -> io::Result<()> {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        let probe = folder.join(".mask");
-        fs::create_dir(&probe)?;
-        let mode = fs::metadata(&probe)?.permissions().mode();
-        fs::remove_dir(&probe)?;
-        fs::set_permissions(folder, fs::Permissions::from_mode(mode & 0o777))?;
-    }
-    #[cfg(not(unix))]
-    let _ = folder;
-    Ok(())
 }
 
 impl App {

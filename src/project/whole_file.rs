@@ -98,6 +98,23 @@ fn sync_folder(folder: &Path) {
     }
 }
 
+/// Gives a finished folder the permissions that any other would have: a working folder is the user's alone.
+pub fn open_to_others(folder: &Path) -> io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // What the user's mask leaves is seen on a folder made without more ado.
+        let probe = folder.join(".mask");
+        fs::create_dir(&probe)?;
+        let mode = fs::metadata(&probe)?.permissions().mode();
+        fs::remove_dir(&probe)?;
+        fs::set_permissions(folder, fs::Permissions::from_mode(mode & 0o777))?;
+    }
+    #[cfg(not(unix))]
+    let _ = folder;
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -98,7 +98,8 @@ impl Skull {
             let at = (x[a] - self.low[a]) * self.per_pitch;
             let inside = at.clamp(1.0, self.last[a]);
             beyond[a] = self.pitch * (at - inside);
-            let middle = (inside + 0.5) as usize;
+            // A place that is no number any more is answered with no number, not with a panic.
+            let middle = ((inside + 0.5) as usize).max(1);
             first[a] = middle - 1;
             let t = inside - middle as f64;
             value[a] = [0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t)];
@@ -204,6 +205,16 @@ mod tests {
                 let bend = (up.gradient - down.gradient) / 2e-4;
                 assert!(!inside || (bend - at.curvature.column(axis)).norm() < 1e-4);
             }
+        }
+    }
+
+    #[test]
+    fn a_place_that_is_no_number_has_no_height() {
+        let face = face::generic();
+        let skull = Skull::new(face.mesh(), face.mesh().positions());
+        for x in [f64::NAN, f64::INFINITY] {
+            assert!(!skull.height(&Point3::new(x, 0.0, 0.0)).value.is_finite());
+            assert!(!skull.slope(&Point3::new(0.0, x, 0.0)).0.is_finite());
         }
     }
 

@@ -6,7 +6,7 @@ use super::{ExpressionsView, Paint};
 use crate::expression::Shown;
 use crate::gui::action_state::ActionState;
 use crate::gui::expression_work::{Base, ExpressionWork};
-use crate::gui::panels::face::{VIEWS, look_from};
+use crate::gui::panels::face::toolbar::standard_views;
 use crate::gui::panels::frames::toolbar::switch;
 use crate::gui::panels::name_combo;
 use crate::gui::{Action, Command};
@@ -59,13 +59,7 @@ pub(super) fn show(
         }
         switch(ui, Action::ShowWireframe, "Wireframe", state, commands);
         ui.separator();
-        for (standard, words, hint) in VIEWS {
-            let there = look_from(standard);
-            let on = (view.orbit.azimuth - there.azimuth).abs() + (view.orbit.elevation - there.elevation).abs() < 1e-9;
-            if ui.selectable_label(on, words).on_hover_text(hint).clicked() {
-                view.orbit = there;
-            }
-        }
+        standard_views(ui, &mut view.orbit);
         switch(ui, Action::Fit, "Fit", state, commands);
         ui.separator();
         export(ui, view, state, commands);

@@ -3,7 +3,7 @@
 mod canvas;
 mod findings;
 mod lists;
-mod toolbar;
+pub(in crate::gui::panels) mod toolbar;
 
 use crate::face::draft::{Bindings, Slot};
 use crate::face::import::Keep;
@@ -94,7 +94,7 @@ pub(in crate::gui::panels) fn look_from(view: StandardView) -> OrbitView {
 }
 
 /// Words of the buttons.
-pub(in crate::gui::panels) const VIEWS: [(StandardView, &str, &str); 4] = [
+const VIEWS: [(StandardView, &str, &str); 4] = [
     (StandardView::Front, "Front", "As the camera sees the face (1)"),
     (StandardView::Oblique, "Three-quarter", "From the person's left front (2)"),
     (StandardView::Side, "Side", "From the person's left (3)"),

@@ -5,6 +5,7 @@ use egui::{ComboBox, Ui};
 use super::{FaceView, VIEWS, look_from};
 use crate::face::import::Keep;
 use crate::gui::action_state::ActionState;
+use crate::gui::orbit_view::OrbitView;
 use crate::gui::panels::frames::toolbar::switch;
 use crate::gui::{Action, Command};
 
@@ -36,13 +37,7 @@ pub(super) fn show(ui: &mut Ui, view: &mut FaceView, state: &ActionState, comman
         });
         shown.response.on_hover_text("How much of the next mesh that is opened is kept");
         ui.separator();
-        for (standard, words, hint) in VIEWS {
-            let there = look_from(standard);
-            let on = (view.orbit.azimuth - there.azimuth).abs() + (view.orbit.elevation - there.elevation).abs() < 1e-9;
-            if ui.selectable_label(on, words).on_hover_text(hint).clicked() {
-                view.orbit = there;
-            }
-        }
+        standard_views(ui, &mut view.orbit);
         switch(ui, Action::Fit, "Fit", state, commands);
         ui.separator();
         ui.toggle_value(&mut view.surface, "Surface").on_hover_text("Hide or show the shaded surface");
@@ -52,4 +47,15 @@ pub(super) fn show(ui: &mut Ui, view: &mut FaceView, state: &ActionState, comman
         switch(ui, Action::ShowNames, "Names", state, commands);
     });
     ui.add_space(3.0);
+}
+
+/// A button for every standard view of a face.
+pub(in crate::gui::panels) fn standard_views(ui: &mut Ui, orbit: &mut OrbitView) {
+    for (standard, words, hint) in VIEWS {
+        let there = look_from(standard);
+        let on = (orbit.azimuth - there.azimuth).abs() + (orbit.elevation - there.elevation).abs() < 1e-9;
+        if ui.selectable_label(on, words).on_hover_text(hint).clicked() {
+            *orbit = there;
+        }
+    }
 }
