@@ -674,6 +674,7 @@ fn a_fit_writes_its_tables_its_drawing_and_a_report_that_names_the_command() {
         "profiles.svg",
         "replay.csv",
         "replay.svg",
+        "replay.png",
         "report.html",
     ];
     assert_eq!(names(&fit), set(&files));

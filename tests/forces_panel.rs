@@ -228,6 +228,7 @@ impl State {
             face: &self.face,
             suggested: &self.suggested,
             springs: None,
+            replay: None,
             stamp: self.stamp(),
         }
     }
@@ -251,7 +252,7 @@ impl State {
 fn panel(ui: &mut egui::Ui, state: &mut State) {
     let stamp = state.stamp();
     let State { project, face, outcome, view, focus, commands, suggested } = state;
-    let scene = Scene { project, outcome, face, suggested, springs: None, stamp };
+    let scene = Scene { project, outcome, face, suggested, springs: None, replay: None, stamp };
     forces::show(ui, scene, view, focus, commands);
     // As the application does.
     for command in commands.iter() {

@@ -147,12 +147,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         carried.push((name, carry(&analysis, &scene.face, &solved(other), &other.face)?));
     }
     progress.stage("write");
+    let last_frame = scene.last_frame(&arguments.project);
     let subject = Subject {
         project: &scene.project,
         face: &scene.face,
         outcome: &outcome,
         analysis: &analysis,
         ladder: built.as_ref(),
+        last_frame: last_frame.as_ref(),
         carried: &carried,
     };
     let (timings_ms, command) = (progress.timings_ms(), arguments.command(&question, &scene.face));

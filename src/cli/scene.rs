@@ -45,6 +45,13 @@ impl Scene {
         let image_size_px = image_size_px(&project);
         Ok(Self { project, face, image_size_px, remarks })
     }
+
+    /// The picture of the last frame, where it is there and the one that was marked.
+    pub(super) fn last_frame(&self, path: &Path) -> Option<image::RgbImage> {
+        let frame = self.project.frames.last.as_ref()?;
+        check_frame(path, "last", frame).ok()?;
+        Some(Frame::read(&paths::resolve(path, frame)).ok()?.into_image())
+    }
 }
 
 /// The frames that a project names.

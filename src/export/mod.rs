@@ -14,6 +14,7 @@ pub mod muscle_tables;
 pub mod muscles;
 pub mod obj;
 pub mod replay;
+pub mod replay_picture;
 pub mod report;
 pub mod tps;
 pub mod vtk;

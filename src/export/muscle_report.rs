@@ -9,6 +9,7 @@ use super::muscle_tables::{self, error};
 use super::muscles::{self, Subject, activations_svg, ladder_svg, profiles, profiles_svg, title, with_interval};
 use super::png;
 use super::replay::{self, replay_csv, replay_svg};
+use super::replay_picture;
 use super::report::Circumstances;
 use crate::draw::ColourMap;
 use crate::draw::height_map::HeightMapError;
@@ -39,7 +40,7 @@ pub enum ReportError {
 }
 
 /// All files on the muscles: `fit.json`, `activations.csv`, `profiles.csv`, `profiles.svg`, `profiles.png`, `fields.csv`, `report.html`, and where a
-/// point is measured `replay.csv` and `replay.svg`.
+/// point is measured `replay.csv`, `replay.svg` and, given the last frame, `replay.png`.
 ///
 /// # Errors
 /// [`ReportError`].
@@ -62,6 +63,10 @@ pub fn files(
     if let Some(replay) = &replay {
         files.push(("replay.csv", replay_csv(subject.outcome, replay).into_bytes()));
         files.push(("replay.svg", replay_svg(subject.face, subject.outcome, replay).into_bytes()));
+        if let Some(last_frame) = subject.last_frame {
+            let drawn = replay_picture::picture(last_frame, subject.face, subject.outcome, replay)?;
+            files.push(("replay.png", png(&drawn)?));
+        }
     }
     Ok(files)
 }
@@ -69,7 +74,7 @@ pub fn files(
 /// The muscles that were found at work again, where a point was seen to compare them with.
 pub fn replayed(subject: &Subject<'_>) -> Option<Replay> {
     let Subject { project, face, outcome, analysis, .. } = *subject;
-    Replay::new(&project.settings, face, outcome, pull_of_muscles(face, outcome, analysis)).ok()
+    Replay::new(project, face, outcome, pull_of_muscles(face, outcome, analysis)).ok()
 }
 
 /// The text of `report.html`.

@@ -42,6 +42,8 @@ pub struct Subject<'a> {
     pub analysis: &'a Analysis,
     /// The ladder, if it was built.
     pub ladder: Option<&'a Ladder>,
+    /// The picture of the last frame, where it is there.
+    pub last_frame: Option<&'a image::RgbImage>,
     /// Other subjects that the laws were tried on, each with its name.
     pub carried: &'a [(String, Carried)],
 }

@@ -8,7 +8,7 @@ use super::csv::numbers;
 use crate::draw::line_chart::{COLOURS, sheet};
 use crate::draw::numbers::{fixed, significant};
 use crate::face::FaceModel;
-use crate::muscle_field::replay::{Replay, Simulated, rms};
+use crate::muscle_field::replay::{Replay, Simulated, Spread};
 use crate::pipeline::Outcome;
 
 /// Header of [`replay_csv`].
@@ -39,25 +39,35 @@ pub fn replay_csv(outcome: &Outcome, replay: &Replay) -> String {
     text
 }
 
-/// What came out, in a sentence.
+/// What came out, in a few sentences.
 pub fn in_words(replay: &Replay) -> String {
     let one = |what: &str, s: &Simulated| {
-        let worst =
-            replay.worst(s).map_or_else(String::new, |(v, px)| format!(", worst vertex {v} with {} px", fixed(px, 2)));
+        let doubt = Replay::doubt(s).map_or_else(String::new, |words| format!(" {words}"));
         format!(
-            "{what} bring the points to {} px ({} mm) of where they were seen{worst}; that is {} % of the motion",
-            fixed(rms(&s.distance_px), 2),
-            fixed(rms(&s.distance_mm), 2),
+            "{what} bring the points to {} of where they were seen, {}; that is {} % of the motion.{doubt}",
+            both(s, |spread| spread.rms),
+            furthest(replay, s),
             fixed(100.0 * replay.explained(s).max(-9.99), 0)
         )
     };
+    let [px, mm] = [&replay.motion_px, &replay.motion_mm].map(|list| fixed(Spread::of(list).rms, 2));
     format!(
-        "The points went {} px ({} mm). {}. {}.",
-        fixed(rms(&replay.motion_px), 2),
-        fixed(rms(&replay.motion_mm), 2),
+        "The points went {px} px ({mm} mm), root mean square. {} {}",
         one("The muscles found", &replay.of_muscles),
         one("The measured forces themselves", &replay.of_forces)
     )
+}
+
+/// "on average 1.20 px (0.30 mm), at most 4.00 px (1.00 mm) at vertex 7".
+pub fn furthest(replay: &Replay, simulated: &Simulated) -> String {
+    let at = replay.worst(simulated).map_or_else(String::new, |v| format!(" at vertex {v}"));
+    format!("on average {}, at most {}{at}", both(simulated, |s| s.mean), both(simulated, |s| s.largest))
+}
+
+/// "1.20 px (0.30 mm)": one number of the distances in the picture, and of those along the skin.
+pub fn both(simulated: &Simulated, number: impl Fn(Spread) -> f64) -> String {
+    let [px, mm] = [&simulated.distance_px, &simulated.distance_mm].map(|list| fixed(number(Spread::of(list)), 2));
+    format!("{px} px ({mm} mm)")
 }
 
 /// Pixels of the drawing.
@@ -130,8 +140,8 @@ pub fn replay_svg(face: &FaceModel, outcome: &Outcome, replay: &Replay) -> Strin
     let circumstances = format!(
         "{} points; {} px apart on the whole (root mean square), where they went {} px",
         replay.points.len(),
-        significant(rms(&replay.of_muscles.distance_px), 3),
-        significant(rms(&replay.motion_px), 3)
+        significant(Spread::of(&replay.of_muscles.distance_px).rms, 3),
+        significant(Spread::of(&replay.motion_px).rms, 3)
     );
     sheet([WIDTH, bottom + 20.0], "Simulated against seen", &circumstances, &[drawn])
 }

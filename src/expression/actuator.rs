@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::held::held;
 use super::jaw;
 use super::places::{Carry, nearest_seen};
 use super::preset::Expression;
@@ -9,7 +10,6 @@ use super::ring::{Lid, Ring};
 use super::strength::{EXTRAS, Evidence, of_action_unit};
 use crate::face::{FaceModel, Muscle, Side};
 use crate::muscle::{Fibre, FibreError, MuscleLaw};
-use crate::simulate::rim::rim;
 use crate::simulate::{Cutoff, InSurface, Jaw, Skin, Start, muscle_force};
 
 /// Which kind of muscle an actuator is.
@@ -142,13 +142,7 @@ impl Actuators {
 
         let (jaw, joined) = jaw::jaw(face, rest, &carry);
         notes.extend(joined);
-        let mut held = rim(mesh, rest);
-        for id in ["eye_inner_left", "eye_inner_right", "eye_outer_left", "eye_outer_right"] {
-            if let Some(corner) = face.landmark(id) {
-                held[corner.vertex as usize] = true;
-            }
-        }
-        Ok(Self { all, jaw, held, notes })
+        Ok(Self { all, jaw, held: held(face, rest), notes })
     }
 
     /// The actuator of that name.

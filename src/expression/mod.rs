@@ -22,6 +22,7 @@
 
 pub mod action_unit;
 pub mod actuator;
+pub mod held;
 pub mod jaw;
 pub mod openings;
 pub mod places;
@@ -34,6 +35,7 @@ pub mod strength;
 
 pub use action_unit::{Basic, Dose};
 pub use actuator::{Actuator, ActuatorError, ActuatorSettings, Actuators, Kind, Loads};
+pub use held::held;
 pub use player::{Player, Sample};
 pub use preset::{Expression, ExpressionError, ExpressionFileError};
 pub use shown::Shown;

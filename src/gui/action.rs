@@ -83,6 +83,8 @@ pub enum Action {
     ShowNames,
     /// Hide and show the wireframe.
     ShowWireframe,
+    /// Lay the simulated last frame over the real one, or take it away.
+    ShowReplay,
     /// Draw the wireframe of the chosen regions only.
     RegionOnly,
     /// Show the loupe while pointing, too.

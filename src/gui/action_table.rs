@@ -165,6 +165,13 @@ pub const TABLE: &[Spec] = &[
     row(A::ShowNames, M::View, "Names", &[plain(Key::N)], "Hide or show the points' names."),
     row(A::ShowWireframe, M::View, "Wireframe", &[plain(Key::W)], "Hide or show the wireframe."),
     row(
+        A::ShowReplay,
+        M::View,
+        "Simulated last frame",
+        &[],
+        "Let the muscles found pull on the skin of the first frame, and lay what comes out over the last frame with the distance of every measured point.",
+    ),
+    row(
         A::RegionOnly,
         M::View,
         "Wireframe of chosen regions only",

@@ -14,6 +14,7 @@ use super::muscle_work::MuscleWork;
 use super::new_frames::NewFrame;
 use super::panels::frames::points;
 use super::pictures::Pictures;
+use super::replay_work::ReplayWork;
 use super::suggesting::{Status, Suggesting};
 use super::view_state::{NoticeKind, ViewState, Workspace};
 use super::{Command, Scene, Stamp, files, panels};
@@ -39,6 +40,7 @@ pub struct App {
     pub(super) face_work: FaceWork,
     pub(super) muscle_work: MuscleWork,
     pub(super) expression_work: ExpressionWork,
+    pub(super) replay_work: ReplayWork,
     pub(super) stamp: Stamp,
     pub(super) outcome: Outcome,
     pub(super) solver: Solver,
@@ -143,6 +145,7 @@ impl App {
             face_work: FaceWork::default(),
             muscle_work: MuscleWork::default(),
             expression_work: ExpressionWork::default(),
+            replay_work: ReplayWork::default(),
             stamp: Stamp::default(),
             document: OpenDocument::new(project, path, false),
             face,
@@ -316,13 +319,15 @@ impl App {
             face_work,
             muscle_work,
             expression_work,
+            replay_work,
             suggesting,
             solver,
             ..
         } = self;
         let suggested = &suggesting.shown;
         let (project, springs) = (document.history.project(), solver.workspace.springs());
-        let scene = Scene { project, outcome, face, suggested, springs, stamp: *stamp };
+        let replay = view.frames.replay.on.then(|| replay_work.of(*stamp));
+        let scene = Scene { project, outcome, face, suggested, springs, replay, stamp: *stamp };
         egui::Panel::top("menu").show(ui, |ui| panels::menu::show(ui, view, &title, &state, recent, commands));
         egui::Panel::bottom("status").exact_size(26.0).show(ui, |ui| {
             panels::status::show(ui, scene, view, jobs, commands);
@@ -364,6 +369,7 @@ impl App {
             face: &self.face,
             suggested,
             springs,
+            replay: self.view.frames.replay.on.then(|| self.replay_work.of(self.stamp)),
             stamp: self.stamp,
         }
     }

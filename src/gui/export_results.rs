@@ -5,9 +5,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::jobs::Progress;
+use super::pictures::Source;
 use crate::export::muscles::Subject;
 use crate::export::{csv, height_map, muscle_report, png, report, vtk};
 use crate::face::FaceModel;
+use crate::frames::Frame;
 use crate::muscle_field::{Analysis, Ladder};
 use crate::pipeline::Outcome;
 use crate::project::Project;
@@ -23,6 +25,8 @@ pub struct Results {
     pub outcome: Outcome,
     /// The muscles behind it and the ladder, where they were looked for.
     pub muscles: Option<(Arc<Analysis>, Option<Arc<Ladder>>)>,
+    /// The last frame, where it is the one that was marked.
+    pub last_frame: Option<Source>,
     /// How the project's file and the folder stand in a line for the shell.
     pub named: [String; 2],
 }
@@ -33,7 +37,7 @@ pub struct Results {
 /// # Errors
 /// One line: which file, why, what to do.
 pub fn write(folder: &Path, results: &Results, progress: &Progress) -> Result<(), String> {
-    let Results { project, face, outcome, muscles, named: [from, to] } = results;
+    let Results { project, face, outcome, muscles, last_frame, named: [from, to] } = results;
     let made_by = |command: String| report::Circumstances { command, ..report::Circumstances::default() };
     let circumstances = made_by(format!("frontalis solve {from} --out {to}"));
     let mut files = vec![
@@ -44,7 +48,10 @@ pub fn write(folder: &Path, results: &Results, progress: &Progress) -> Result<()
         ("height_map.png", picture(project, face, outcome)?),
     ];
     if let Some((analysis, ladder)) = muscles {
-        let subject = Subject { project, face, outcome, analysis, ladder: ladder.as_deref(), carried: &[] };
+        // A frame that cannot be read leaves out the pictures over it; the pane of the frame says why.
+        let last = last_frame.as_ref().and_then(|source| source.read().ok()).map(Frame::into_image);
+        let (ladder, last_frame) = (ladder.as_deref(), last.as_ref());
+        let subject = Subject { project, face, outcome, analysis, ladder, last_frame, carried: &[] };
         let mut words = vec![format!("frontalis fit {from} --out {to}")];
         words.extend(analysis.question.arguments(face));
         words.extend(ladder.is_some().then(|| "--ladder".to_owned()));

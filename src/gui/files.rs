@@ -9,7 +9,7 @@ use super::dialogs::Purpose;
 use super::jobs::{About, Finished};
 use super::modal::Modal;
 use super::panels::frames::Tool;
-use super::pictures::{self, Pictures};
+use super::pictures::{self, PictureStatus, Pictures};
 use super::view_state::NoticeKind;
 use super::{Command, dialogs, export_results, rescue};
 use crate::face::{self, FaceModel};
@@ -266,11 +266,14 @@ impl App {
     /// Writes the results into a folder, in the background.
     fn export(&mut self, folder: PathBuf, ctx: &egui::Context) {
         let named = self.document.path.as_ref().map_or_else(|| "PROJECT".into(), |p| p.display().to_string());
+        let last = self.pictures.get(Which::Last);
+        let known = matches!(last.status(), PictureStatus::Ready { changed: false });
         let results = export_results::Results {
             project: self.project().clone(),
             face: Arc::clone(&self.face),
             outcome: self.outcome.clone(),
             muscles: self.muscle_work.current(self.stamp),
+            last_frame: last.source().filter(|_| known).map(|(source, _)| source.clone()),
             named: [format!("'{named}'"), format!("'{}'", folder.display())],
         };
         self.jobs.start(ctx, "Writing the results", About::Person, move |progress| {

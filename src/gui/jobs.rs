@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
+use super::Stamp;
 use super::expression_work::Prepared;
 use super::face_work::{FaceProposal, FaceRead};
 use super::film_work::{Looking, NotWritten, Stills};
@@ -17,6 +18,7 @@ use super::pictures::{Adjusted, Source};
 use super::suggesting::{Answer, Failure, Ready};
 use crate::face::check::Report;
 use crate::frames::{Adjustment, Frame};
+use crate::muscle_field::Replay;
 use crate::project::Which;
 
 /// What a job brings back.
@@ -69,6 +71,8 @@ pub enum Finished {
     Suggested(Answer),
     /// The muscles behind the forces were looked for: the answer to the question of that number.
     Muscles(u64, MuscleAnswer),
+    /// The last frame was simulated, for the outcome of that stamp, or not: one line says why.
+    Replay(Stamp, Box<Result<Replay, String>>),
     /// A face was made ready to move, for the question of that number, or not: one line says why.
     Stage(u64, Box<Result<Prepared, String>>),
     /// The frame of that hash, to be laid on the skin.
@@ -114,6 +118,8 @@ pub enum About {
     Suggestions,
     /// The muscles.
     Muscles,
+    /// The simulated last frame.
+    Replay,
     /// The face that moves.
     Expressions,
     /// The picture on its skin.

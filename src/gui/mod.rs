@@ -29,6 +29,7 @@ pub mod orbit_view;
 pub mod panels;
 pub mod pictures;
 mod point_commands;
+pub mod replay_work;
 pub mod rescue;
 mod run_command;
 pub mod snapping;
@@ -64,6 +65,8 @@ pub struct Scene<'a> {
     pub suggested: &'a suggesting::Suggested,
     /// The springs of the outcome.
     pub springs: Option<&'a Springs>,
+    /// The simulated last frame, while it is to be shown.
+    pub replay: Option<replay_work::Replayed<'a>>,
     /// Which face and which outcome these are.
     pub stamp: Stamp,
 }

@@ -86,7 +86,7 @@ impl App {
     /// Asks anew when what is shown is not what was asked.
     pub(super) fn follow_muscles(&mut self, ctx: &egui::Context) {
         let for_play = self.view.workspace == Workspace::Expressions && self.view.expressions.wants_fit;
-        if self.view.workspace != Workspace::Muscles && !for_play {
+        if self.view.workspace != Workspace::Muscles && !for_play && !self.shows_replay() {
             return;
         }
         let question = self.view.muscles.question.clone();

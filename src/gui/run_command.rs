@@ -130,6 +130,7 @@ impl App {
                 self.view.frames.suggest.on = false;
             }
             About::Muscles => self.muscles_stopped(),
+            About::Replay => self.replay_stopped(),
             About::Expressions => self.stage_stopped(),
             About::Skin | About::Person => {}
         }
@@ -232,6 +233,7 @@ impl App {
             Action::HideMarks => frames.show_marks = !frames.show_marks,
             Action::ShowNames => frames.show_names = !frames.show_names,
             Action::ShowWireframe => frames.toggle_wireframe(),
+            Action::ShowReplay => frames.replay.on = !frames.replay.on,
             Action::RegionOnly => frames.wireframe.region_only = !frames.wireframe.region_only,
             Action::LoupeAlways => frames.loupe.always = !frames.loupe.always,
             Action::Clahe => {
@@ -324,6 +326,7 @@ impl App {
         }
         self.resolve(ctx);
         self.follow_muscles(ctx);
+        self.follow_replay(ctx);
         self.follow_expressions(ctx);
     }
 
@@ -346,6 +349,7 @@ impl App {
             Finished::Proposed(number, proposed) => self.face_proposed(number, *proposed, ctx),
             Finished::FaceChecked { number, revision, report } => self.face_checked(number, revision, report),
             Finished::Muscles(number, result) => self.muscles_found(number, result, ctx),
+            Finished::Replay(stamp, found) => self.replay_found(stamp, *found, ctx),
             Finished::Stage(number, result) => self.stage_ready(number, *result, ctx),
             Finished::Skin(sha256, read) => self.skin_read(&sha256, read, ctx),
             Finished::Film(looking, result) => self.film_looked_through(&looking, result),
@@ -357,7 +361,10 @@ impl App {
             Finished::Exported(Err(why)) => self.fail("The results cannot be written", why),
             Finished::Died(about, what) => {
                 // Work on the suggestions is not begun again by itself, to break again.
-                if matches!(about, About::Preparation(_) | About::Suggestions | About::Muscles | About::Expressions) {
+                if matches!(
+                    about,
+                    About::Preparation(_) | About::Suggestions | About::Muscles | About::Replay | About::Expressions
+                ) {
                     self.give_up(about);
                 }
                 self.fail("Something went wrong", what);

@@ -264,6 +264,15 @@ impl Analysis {
         self.best.and_then(|b| self.laws[b].fit.as_ref().ok())
     }
 
+    /// The strengths of the set's muscles alone, by the shape that all were found with; none where a number is no number. Strengths of
+    /// all muscles at once hold some that hardly reach what was measured and take on what is noise there.
+    pub fn strengths_of_set(&self) -> Option<Activations> {
+        let lines: Vec<Fibre> = self.fibres.iter().map(|f| f.fibre.clone()).collect();
+        let design = self.shape.design(&lines, &self.samples.samples, linear(self.question.compare)).ok()?;
+        let allowed: Vec<bool> = (0..lines.len()).map(|f| self.set.contains(&f)).collect();
+        Some(activations::activations(&design, Some(&allowed), Noise::default()))
+    }
+
     /// The fibres of the set, in the order of a fit's strengths.
     pub fn set_fibres(&self) -> Vec<Fibre> {
         self.set.iter().map(|&f| self.fibres[f].fibre.clone()).collect()

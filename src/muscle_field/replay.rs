@@ -5,11 +5,12 @@ use nalgebra::{Point2, Point3, Vector3};
 
 use super::analysis::{Analysis, Pull};
 use crate::displacement::VertexState;
+use crate::expression::held;
 use crate::face::FaceModel;
 use crate::muscle::Fibre;
 use crate::pipeline::Outcome;
-use crate::project::Settings;
-use crate::simulate::{Ended, EquilibriumSolver, OutOfMemory, SkinLaw, System, SystemError, SystemOptions, rim};
+use crate::project::{Project, Role};
+use crate::simulate::{Ended, EquilibriumSolver, OutOfMemory, SkinLaw, System, SystemError, SystemOptions};
 
 /// The last frame twice: as it was marked, and as the forces make it.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,21 +58,51 @@ pub enum ReplayError {
     Memory(#[from] OutOfMemory),
 }
 
-/// Root mean square of a list; 0 for an empty one.
-pub fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
+/// A list of distances in three numbers, all 0 for an empty one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Spread {
+    /// Their mean.
+    pub mean: f64,
+    /// The root of their mean square.
+    pub rms: f64,
+    /// The largest.
+    pub largest: f64,
+}
+
+impl Spread {
+    /// Of these distances.
+    pub fn of(values: &[f64]) -> Self {
+        let count = values.len().max(1) as f64;
+        Self {
+            mean: values.iter().sum::<f64>() / count,
+            rms: (values.iter().map(|v| v * v).sum::<f64>() / count).sqrt(),
+            largest: values.iter().copied().fold(0.0, f64::max),
+        }
+    }
+}
+
+/// What stays on its bone in a project's simulation: the rim and the corners of the eyes, the still points, for they are skin that the
+/// expression cannot move, and the fixed ones.
+pub fn held_by(project: &Project, face: &FaceModel, first: &[Point3<f64>]) -> Vec<bool> {
+    let mut all = held(face, first);
+    for (&v, feature) in &project.features {
+        if let (Role::Still | Role::Fixed, Some(one)) = (feature.role, all.get_mut(v as usize)) {
+            *one = true;
+        }
+    }
+    all
 }
 
 impl Replay {
     /// Lets the muscles that were found pull ([`pull_of_muscles`], N on every vertex), and the measured forces.
     ///
-    /// The skin is that of the project's settings, without tension at rest, since F = −K X has none either; it slides over the skull
-    /// with its rim fixed.
+    /// The skin is that of the project's settings, without tension at rest, since F = −K X has none either; it slides over the skull,
+    /// and what the project holds stays ([`held_by`]).
     ///
     /// # Errors
     /// [`ReplayError`].
     pub fn new(
-        settings: &Settings,
+        project: &Project,
         face: &FaceModel,
         outcome: &Outcome,
         pull: Vec<Vector3<f64>>,
@@ -82,7 +113,7 @@ impl Replay {
             return Err(ReplayError::NothingSeen);
         }
         let mesh = face.mesh();
-        let fixed = rim(mesh, &outcome.first);
+        let (fixed, settings) = (held_by(project, face, &outcome.first), &project.settings);
         let options = SystemOptions {
             law: SkinLaw::Table(settings.skin.clone()),
             spring_rule: settings.springs,
@@ -116,18 +147,33 @@ impl Replay {
         1.0 - square(&simulated.distance_px) / square(&self.motion_px).max(f64::MIN_POSITIVE)
     }
 
-    /// The point that lies furthest from where it was seen, and how far (px).
-    pub fn worst(&self, simulated: &Simulated) -> Option<(u32, f64)> {
-        let pairs = self.points.iter().copied().zip(simulated.distance_px.iter().copied());
-        pairs.max_by(|a, b| a.1.total_cmp(&b.1))
+    /// What a person should know about a simulation before its distances are believed: a sentence, or nothing.
+    pub fn doubt(simulated: &Simulated) -> Option<String> {
+        let unfinished = (simulated.ended != Ended::Converged)
+            .then(|| format!("It did not come to rest: {}", simulated.ended.label()));
+        let folded = match simulated.folded {
+            0 => None,
+            1 => Some("1 triangle has turned over".to_owned()),
+            n => Some(format!("{n} triangles have turned over")),
+        };
+        match (unfinished, folded) {
+            (Some(a), Some(b)) => Some(format!("{a}; {b}.")),
+            (one, other) => one.or(other).map(|words| format!("{words}.")),
+        }
+    }
+
+    /// The point that lies furthest from where it was seen in the picture.
+    pub fn worst(&self, simulated: &Simulated) -> Option<u32> {
+        let pairs = self.points.iter().zip(&simulated.distance_px);
+        pairs.max_by(|a, b| a.1.total_cmp(b.1)).map(|(v, _)| *v)
     }
 }
 
-/// What all muscles of an analysis together do to every vertex, N, within the skin.
+/// What the muscles of an analysis' set ([`Analysis::strengths_of_set`]) together do to every vertex, N, within the skin.
 pub fn pull_of_muscles(face: &FaceModel, outcome: &Outcome, analysis: &Analysis) -> Vec<Vector3<f64>> {
     let fibres = analysis.fibres.iter().map(|of| &of.fibre);
-    let strengths = analysis.activations.muscles.iter().map(|one| one.strength_n);
-    pull(face, &outcome.first, &analysis.shape, fibres.zip(strengths))
+    let muscles = analysis.strengths_of_set().map(|found| found.muscles).unwrap_or_default();
+    pull(face, &outcome.first, &analysis.shape, fibres.zip(muscles.iter().map(|one| one.strength_n)))
 }
 
 fn pull<'a>(
@@ -187,24 +233,36 @@ mod tests {
     use crate::forces::{Springs, muscle_forces};
     use crate::muscle::{LawKind, MuscleLaw};
     use crate::pipeline::{self, ForceField, Workspace};
-    use crate::project::Project;
+    use crate::project::Feature;
 
     /// A closed loop that knows nothing of itself: two muscles pull, Newton's method says where the skin goes, F = −K X measures the
     /// forces there, the fit finds the strengths, and the simulation must lead to the same place again.
     #[test]
     fn what_two_muscles_did_is_given_back_by_the_forces_and_by_the_muscles_found() {
         let face = face::generic();
-        let (mesh, settings) = (face.mesh(), Settings::default());
-        let mut outcome = pipeline::solve(&Project::default(), &face, [1036, 1036], &mut Workspace::default());
+        let (mesh, mut project) = (face.mesh(), Project::default());
+        let mut outcome = pipeline::solve(&project, &face, [1036, 1036], &mut Workspace::default());
         let (all, _) = fibres(&face, &outcome.first);
         let all: Vec<Fibre> = all.into_iter().map(|of| of.fibre).collect();
         let is_medial = |m: usize| if face.muscles()[m].id.starts_with("frontalis_medial") { 0.01 } else { 0.0 };
         let shape = Pull::plain(MuscleLaw::default_of(LawKind::Anatomical));
         let loads = pull(&face, &outcome.first, &shape, all.iter().zip((0..all.len()).map(is_medial)));
         let options = SystemOptions { pre_tension_kpa: 0.0, ..SystemOptions::default() };
-        let mut system = System::new(mesh, &outcome.first, &rim(mesh, &outcome.first), None, options).unwrap();
+        // On the forehead one point is still and one fixed: neither may move, though the skin around them does.
+        let near = |x: f64, y: f64| {
+            let away = |v: &usize| (outcome.first[*v] - Point3::new(x, y, outcome.first[*v].z)).norm();
+            (0..mesh.len()).min_by(|a, b| away(a).total_cmp(&away(b))).unwrap() as u32
+        };
+        let (still, fixed) = (near(30.0, 40.0), near(-30.0, 40.0));
+        for (v, role) in [(still, Role::Still), (fixed, Role::Fixed)] {
+            project.features.insert(v, Feature { role, ..Feature::default() });
+        }
+        let held = held_by(&project, &face, &outcome.first);
+        assert!(held[still as usize] && held[fixed as usize]);
+        let mut system = System::new(mesh, &outcome.first, &held, None, options).unwrap();
         system.set_loads(loads).unwrap();
         let truth = EquilibriumSolver::new(&system).unwrap().solve(&system, &outcome.first).positions;
+        let settings = &project.settings;
         let springs = Springs::new(mesh, &outcome.first, settings.springs, settings.skin_thickness_mm);
         let mut force = Vec::new();
         muscle_forces(&springs, &settings.skin, &truth, None, &mut force);
@@ -214,7 +272,7 @@ mod tests {
         outcome.last = truth;
 
         let normals = mesh.vertex_normals(&outcome.first);
-        let inside = rim(mesh, &outcome.first).into_iter().map(|r| !r);
+        let inside = held.iter().map(|h| !h);
         let every = outcome.first.iter().zip(&outcome.field.force).zip(&normals).zip(inside);
         let samples: Vec<Sample> = every
             .filter(|(_, inside)| *inside)
@@ -223,7 +281,7 @@ mod tests {
         let found = activations(&shape.design(&all, &samples, Compare::Tangential).unwrap(), None, Noise::default());
         let strengths = found.muscles.iter().map(|one| one.strength_n);
         let again = pull(&face, &outcome.first, &shape, all.iter().zip(strengths));
-        let replay = Replay::new(&settings, &face, &outcome, again).unwrap();
+        let replay = Replay::new(&project, &face, &outcome, again).unwrap();
         assert!(replay.motion_px.iter().copied().fold(0.0, f64::max) > 2.0, "the test would say nothing");
         assert_eq!(replay.of_forces.ended, Ended::Converged);
         // What is left is due to normals: the mesh's in one place, the smooth skull's in the other.
@@ -231,7 +289,11 @@ mod tests {
         assert!(share > 0.998, "{share} of the motion under the forces themselves");
         let share = replay.explained(&replay.of_muscles);
         assert!(share > 0.98, "{share} of the motion under the muscles found");
-        assert!(rms(&replay.of_muscles.distance_mm) < 0.15 * rms(&replay.motion_mm));
+        let (left, went) = (Spread::of(&replay.of_muscles.distance_mm), Spread::of(&replay.motion_mm));
+        assert!(left.rms < 0.15 * went.rms && left.mean <= left.rms && left.rms <= left.largest);
+        for v in [still as usize, fixed as usize] {
+            assert!((replay.of_muscles.positions[v] - outcome.first[v]).norm() < 1e-9, "vertex {v} is held");
+        }
     }
 
     #[test]
@@ -239,6 +301,6 @@ mod tests {
         let face = face::generic();
         let outcome = pipeline::solve(&Project::default(), &face, [1036, 1036], &mut Workspace::default());
         let none = vec![Vector3::zeros(); face.mesh().len()];
-        assert_eq!(Replay::new(&Settings::default(), &face, &outcome, none), Err(ReplayError::NothingSeen));
+        assert_eq!(Replay::new(&Project::default(), &face, &outcome, none), Err(ReplayError::NothingSeen));
     }
 }

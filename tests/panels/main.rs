@@ -14,6 +14,7 @@ mod marking;
 mod muscles;
 mod new_frames;
 mod pictures;
+mod replay;
 mod snapping;
 mod stage;
 mod suggesting;

@@ -195,7 +195,7 @@ fn docs_images() {
     assert!(can_draw(), "the pictures of the documents need a graphics driver");
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
     std::fs::create_dir_all(&folder).unwrap();
-    let scenes: [Scene; 9] = [
+    let scenes: [Scene; 10] = [
         ("suggestions-dark", true, |w| {
             unmark_skin(w);
             look_at_forehead(w, 2.2);
@@ -247,6 +247,11 @@ fn docs_images() {
             w.state_mut().push(Command::Do(Action::PlayPause));
         }),
         ("frames-dark", true, |_| {}),
+        ("simulated-dark", true, |w| {
+            w.state_mut().push(frontalis::gui::Command::Do(frontalis::gui::Action::ShowReplay));
+            settle(w);
+            settle(w);
+        }),
         ("forces-light", false, |w| w.state_mut().view_mut().workspace = frontalis::gui::Workspace::Forces),
         ("guide-light", false, |w| {
             let id = PointId::Landmark("nose_tip".into());

@@ -27,6 +27,7 @@ pub mod pane;
 pub mod pane_message;
 pub mod points;
 pub mod points_table;
+pub mod replay;
 pub mod suggestions;
 pub mod toolbar;
 pub mod wireframe;
@@ -132,6 +133,8 @@ pub struct FramesView {
     pub show_names: bool,
     /// How the wireframe is drawn.
     pub wireframe: WireframeStyle,
+    /// Whether the simulated last frame lies over the real one.
+    pub replay: replay::ReplayView,
     /// How the loupe is used.
     pub loupe: LoupeStyle,
     /// What a click does.
@@ -177,6 +180,7 @@ impl Default for FramesView {
             show_marks: true,
             show_names: false,
             wireframe: WireframeStyle::default(),
+            replay: replay::ReplayView::default(),
             loupe: LoupeStyle::default(),
             tool: Tool::Select,
             regions: BTreeSet::new(),

@@ -9,7 +9,7 @@ use super::drag::{self, Target};
 use super::image_view::{ImageView, Transform};
 use super::loupe::{self, Loupe};
 use super::points::{self, ShownPoint};
-use super::{FramesView, Tool, guide, marks, pane_message, wireframe};
+use super::{FramesView, Tool, guide, marks, pane_message, replay, wireframe};
 use crate::camera::Scale;
 use crate::gui::action::Menu;
 use crate::gui::action_state::ActionState;
@@ -140,6 +140,7 @@ pub fn show(
     if !matches!(picture.status(), crate::gui::pictures::PictureStatus::Ready { changed: false }) {
         pane_message::over_picture(ui, rect, which, picture, commands);
     }
+    replay::card(ui, &pane, view);
     paint_loupe(ui, &response, &painter, &pane, view, focus, only.as_ref());
     let press = view.tool.places_in(which).then(|| guide::what_a_press_does(scene, chosen, view, focus)).flatten();
     let again = view.doubt.again.as_ref().filter(|_| pane.blind);
@@ -260,6 +261,7 @@ fn paint(painter: &Painter, pane: &Pane<'_>, view: &FramesView, focus: &Focus, o
         return;
     }
     doubt_marks::paint(painter, pane, view, focus);
+    replay::paint(painter, pane, view, focus);
     let shown = |v: u32| pane.points.iter().any(|p| p.vertex == v);
     let known = pane.scene.project.landmarks.len() >= points::LANDMARKS_TO_PREDICT;
     if let Some(v) = focus.hovered().filter(|v| known && !shown(*v)) {

@@ -28,6 +28,7 @@ pub fn show(ui: &mut egui::Ui, view: &mut FramesView, state: &ActionState, comma
             switch(ui, action, label, state, commands);
         }
         wireframe_menu(ui, view, state, commands);
+        switch(ui, Action::ShowReplay, "Simulated", state, commands);
         ui.separator();
         picture_menu(ui, view, state, commands);
         loupe_menu(ui, view, state, commands);
