@@ -651,6 +651,36 @@ fn a_faulty_target_is_refused_with_its_line() {
     assert_eq!(names(dir.path()), set(&["meshes"]));
 }
 
+/// Killed in the middle, a study leaves its journal alone, and goes on after what that holds; another study is refused there.
+#[test]
+fn a_study_that_was_killed_goes_on_where_it_was() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("out");
+    let journal = out.join("stability.journal");
+    let arguments = ["study", "stability", "--quick", "--threads", "1", "--out", text(&out)];
+    let lines = || fs::read_to_string(&journal).unwrap_or_default().lines().map(str::to_owned).collect::<Vec<_>>();
+    let killed_at = |count: usize| {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_frontalis")).args(arguments).spawn().unwrap();
+        while lines().len() < count && child.try_wait().unwrap().is_none() {
+            std::thread::yield_now();
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        lines()
+    };
+    let first = killed_at(4);
+    assert!(first.len() >= 4 && first[0].contains("\"question\":\"quick, 1 seed"), "{first:?}");
+    assert_eq!(names(&out), set(&["stability.journal"]));
+    let again = killed_at(first.len() + 3);
+    // The last line of the first may have been cut off, and is then written anew.
+    let kept = first.len() - 1;
+    assert_eq!(again[..kept], first[..kept]);
+    assert!(again.len() >= first.len() + 3);
+    let other = [&arguments[..], &["--seeds", "2"]].concat();
+    assert!(refused(&other).contains("with other settings (quick, 1 seed, face"));
+    assert_eq!(lines(), again);
+}
+
 #[test]
 fn a_fit_writes_its_tables_its_drawing_and_a_report_that_names_the_command() {
     let (_dir, out) = sample();

@@ -168,6 +168,15 @@ pub enum CliError {
         /// What the encoder says.
         source: image::ImageError,
     },
+    /// The journal of a study.
+    #[error(transparent)]
+    Journal(#[from] crate::study::journal::JournalError),
+    /// The chart of a study.
+    #[error(transparent)]
+    StudyFiles(#[from] crate::export::study_files::StudyFilesError),
+    /// A study was stopped.
+    #[error("the study was stopped; the same command goes on with it")]
+    Stopped,
     /// An output cannot be written; what was there is still there.
     #[error("{}: cannot be written ({source}); choose another place for --out, or free it for writing", .path.display())]
     Write {

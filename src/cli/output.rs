@@ -16,7 +16,7 @@ pub(super) struct Output {
     /// The working folder, until it is moved: shared with the Ctrl-C handler.
     work: Arc<Mutex<Option<TempDir>>>,
     place: PathBuf,
-    names: Vec<&'static str>,
+    names: Vec<String>,
 }
 
 impl Output {
@@ -45,9 +45,9 @@ impl Output {
     }
 
     /// Adds a file.
-    pub(super) fn write(&mut self, name: &'static str, bytes: &[u8]) -> Result<(), CliError> {
+    pub(super) fn write(&mut self, name: &str, bytes: &[u8]) -> Result<(), CliError> {
         fs::write(self.place.join(name), bytes).map_err(|source| failed(self.goal.join(name), source))?;
-        self.names.push(name);
+        self.names.push(name.to_owned());
         Ok(())
     }
 

@@ -34,6 +34,33 @@ impl Progress {
     }
 }
 
+/// How far a work of known size is, on a terminal and nowhere else.
+pub(super) struct Bar(ProgressBar);
+
+impl Bar {
+    /// Begins at nothing.
+    pub(super) fn new() -> Self {
+        let bar = ProgressBar::new(1000);
+        if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent} %  {msg} ({elapsed})") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(500));
+        Self(bar)
+    }
+
+    /// Says what share is done, and a word about it.
+    pub(super) fn set(&self, share: f64, words: String) {
+        self.0.set_position((1000.0 * share.clamp(0.0, 1.0)) as u64);
+        self.0.set_message(words);
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
+
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();

@@ -1,16 +1,21 @@
 //! `frontalis study`: measures the program against known or independent truth, and writes tables.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Subcommand;
 
 use super::error::CliError;
 use super::output::Output;
-use super::progress::Progress;
+use super::progress::{Bar, Progress};
+use super::scene::{Frames, Scene};
+use crate::export::study_files;
 use crate::face;
 use crate::face::import::target::read_target;
 use crate::face::import::{self, ImportOptions, Keep};
-use crate::study::{artist, artist_laws};
+use crate::pipeline::{self, Workspace};
+use crate::study::journal::Journal;
+use crate::study::{Kind, Options, Run, artist, artist_laws, runner};
 
 /// What `study` asks for.
 #[derive(Debug, clap::Args)]
@@ -23,6 +28,30 @@ pub struct Arguments {
 enum Command {
     /// Compares the four muscle laws on fields that an artist made: laws.csv, laws.md.
     Laws(LawsArguments),
+    /// Maps where each method fails, and what fails first: stability.csv, .svg, .png, .md.
+    Stability(RunArguments),
+}
+
+#[derive(Debug, clap::Args)]
+struct RunArguments {
+    /// Folder for the results; files of the same names are replaced, others kept. A study that was stopped goes on there.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Seeds of every cell; the study's own number otherwise.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    seeds: Option<u64>,
+    /// Threads for what is not timed; all cores otherwise. What is timed always runs alone.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    threads: usize,
+    /// A coarser study with fewer seeds, for a first look.
+    #[arg(long)]
+    quick: bool,
+    /// Measure on the face of this project, customised to its marks, instead of the generic face.
+    #[arg(long, value_name = "PROJECT")]
+    project: Option<PathBuf>,
+    /// Forget what was begun in the folder and start anew.
+    #[arg(long)]
+    restart: bool,
 }
 
 #[derive(Debug, clap::Args)]
@@ -41,7 +70,47 @@ const MM_PER_UNIT: f64 = 100.0;
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     match &arguments.command {
         Command::Laws(arguments) => laws(arguments),
+        Command::Stability(arguments) => study(Kind::Stability, arguments),
     }
+}
+
+/// Runs a study, or goes on with one that was stopped, and writes its files.
+fn study(kind: Kind, arguments: &RunArguments) -> Result<(), CliError> {
+    let face = match &arguments.project {
+        None => face::generic(),
+        Some(path) => {
+            let scene = Scene::open(path, Frames::Ignored)?;
+            let outcome = pipeline::solve(&scene.project, &scene.face, scene.image_size_px, &mut Workspace::default());
+            Arc::new(scene.face.with_positions(outcome.first)?)
+        }
+    };
+    let options = Options { quick: arguments.quick, seeds: arguments.seeds, face };
+    let plan = kind.plan(&options);
+    // Sets what Ctrl-C does: it ends the program at once, and the journal holds every case that was finished.
+    let mut output = Output::folder(&arguments.out)?;
+    let write = |source| CliError::Write { path: arguments.out.clone(), source };
+    std::fs::create_dir_all(&arguments.out).map_err(write)?;
+    let path = kind.journal_in(&arguments.out);
+    if arguments.restart && path.exists() {
+        std::fs::remove_file(&path).map_err(write)?;
+    }
+    let mut journal = Journal::open(&path, &plan.heading())?;
+    let bar = Bar::new();
+    let mut watch = |p: &runner::Progress, _: &[Run]| {
+        bar.set(
+            p.share,
+            format!("{} of {} cases{}; Ctrl-C stops, the same command goes on", p.finished, p.of, p.left_in_words()),
+        );
+    };
+    let runs = plan.run(&mut journal, arguments.threads, &|| false, &mut watch)?.ok_or(CliError::Stopped)?;
+    drop(bar);
+    for (name, bytes) in study_files::files(kind, &runs)? {
+        output.write(&name, &bytes)?;
+    }
+    output.finish()?;
+    journal.remove();
+    println!("{} runs; written to {}", runs.len(), arguments.out.display());
+    Ok(())
 }
 
 fn laws(arguments: &LawsArguments) -> Result<(), CliError> {

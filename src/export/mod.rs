@@ -16,6 +16,9 @@ pub mod obj;
 pub mod replay;
 pub mod replay_picture;
 pub mod report;
+pub mod study_chart;
+pub mod study_files;
+pub mod study_maps;
 pub mod tps;
 pub mod vtk;
 

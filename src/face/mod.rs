@@ -193,6 +193,14 @@ impl FaceModel {
         Some(Self { muscles: preset.muscles.clone(), ..self.clone() })
     }
 
+    /// This face at other places (mm): the same in everything else.
+    ///
+    /// # Errors
+    /// Places that make no mesh.
+    pub fn with_positions(&self, positions: Vec<nalgebra::Point3<f64>>) -> Result<Self, FaceError> {
+        Self::new(self.mesh.with_positions(positions)?, self.to_parts())
+    }
+
     /// The parts again, to change one and put them together anew.
     pub fn to_parts(&self) -> FaceParts {
         FaceParts {

@@ -1,14 +1,28 @@
-//! Studies: scenes whose truth is known, against which the chain is measured.
+//! Studies: scenes whose truth is known, against which the chain is measured, and the charts' numbers.
+//!
+//! A [`Kind`] of study makes a [`runner::Plan`], a list of cases; each case gives rows of one [`table`]. A plan runs over all cores or one,
+//! can be stopped at any moment, and goes on from its [`journal`]. [`points`] and [`cells`] are what charts show of a table.
 
 pub mod activation_trial;
 pub mod artist;
 pub mod artist_laws;
+pub mod cells;
 pub mod face_fit;
+pub mod journal;
+pub mod kind;
 pub mod law_trial;
 pub mod laws;
+pub mod machine;
 pub mod marking_trial;
 pub mod people;
+pub mod points;
+pub mod runner;
 pub mod scene;
+pub mod sheet;
+pub mod stability;
+pub mod table;
 pub mod twin;
 
+pub use kind::{Kind, Options};
+pub use table::Run;
 pub use twin::{TrueCrossing, Twin, TwinError, TwinSettings};

@@ -9,9 +9,10 @@ use rand_pcg::Pcg64;
 
 use crate::camera::{Camera, Scale};
 use crate::customize::{self, CustomizeError, CustomizeSettings, LandmarkTarget};
-use crate::displacement::{DepthRule, UnmarkedRule};
+use crate::displacement::{DepthRule, UnmarkedRule, VertexState};
 use crate::face::{FaceError, FaceModel};
 use crate::forces::{self, Springs};
+use crate::pipeline::Outcome;
 use crate::project::{CameraSettings, Feature, FramePair, FrameRef, Mark, Project, Role, Settings};
 
 use super::twin::Twin;
@@ -64,8 +65,7 @@ pub fn person(generic: &FaceModel, seed: u64, distance_mm: f64) -> Result<FaceMo
         })
         .collect();
     let customized = customize::customize(mesh, &targets, &camera, &CustomizeSettings::default())?;
-    let mesh = mesh.with_positions(customized.positions).map_err(FaceError::from)?;
-    Ok(FaceModel::new(mesh, generic.to_parts())?)
+    Ok(generic.with_positions(customized.positions)?)
 }
 
 /// The project of a twin: every landmark, the forehead, the brows and the still points marked at the truth plus the
@@ -119,12 +119,26 @@ pub fn true_forces(twin: &Twin, face: &FaceModel, settings: &Settings) -> Vec<Ve
     truth
 }
 
+/// ‖F − F_true‖ / ‖F_true‖ over measured vertices all of whose neighbours are measured (or, where `inferred` is set, filled in), and how
+/// many those are: the others carry what was guessed or what is missing around them.
+pub fn force_error(face: &FaceModel, outcome: &Outcome, truth: &[Vector3<f64>], inferred: bool) -> (usize, f64) {
+    let known = |v: u32| match outcome.states[v as usize] {
+        VertexState::Inferred => inferred,
+        state => state == VertexState::Measured,
+    };
+    let measured = |v: usize| outcome.states[v] == VertexState::Measured;
+    let inside = |v: &usize| measured(*v) && face.mesh().neighbours(*v).iter().all(|n| known(*n));
+    let vertices: Vec<usize> = (0..truth.len()).filter(inside).collect();
+    let off: f64 = vertices.iter().map(|&v| (outcome.field.force[v] - truth[v]).norm_squared()).sum();
+    let all: f64 = vertices.iter().map(|&v| truth[v].norm_squared()).sum();
+    (vertices.len(), (off / all).sqrt())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::displacement::VertexState;
     use crate::face;
-    use crate::pipeline::{self, Outcome, Workspace};
+    use crate::pipeline::{self, Workspace};
     use crate::study::TwinSettings;
 
     fn scene(noise_px: f64) -> (Twin, FaceModel, Project) {
@@ -145,17 +159,6 @@ mod tests {
         pipeline::solve(project, &face::generic(), [1036, 1036], &mut Workspace::default())
     }
 
-    /// ‖F − F_true‖ / ‖F_true‖ over measured vertices all of whose neighbours are measured: the others carry what was guessed
-    /// or what is missing around them.
-    fn force_error(face: &FaceModel, outcome: &Outcome, truth: &[Vector3<f64>]) -> (usize, f64) {
-        let measured = |v: u32| outcome.states[v as usize] == VertexState::Measured;
-        let inside = |v: &usize| measured(*v as u32) && face.mesh().neighbours(*v).iter().all(|n| measured(*n));
-        let vertices: Vec<usize> = (0..truth.len()).filter(inside).collect();
-        let off: f64 = vertices.iter().map(|&v| (outcome.field.force[v] - truth[v]).norm_squared()).sum();
-        let all: f64 = vertices.iter().map(|&v| truth[v].norm_squared()).sum();
-        (vertices.len(), (off / all).sqrt())
-    }
-
     #[test]
     fn with_marks_at_the_truth_the_chain_finds_the_first_frame_and_the_head() {
         let (twin, _, project) = scene(0.0);
@@ -172,9 +175,9 @@ mod tests {
     fn with_marks_at_the_truth_the_field_is_as_true_as_the_depth_rule() {
         let (twin, person, mut project) = scene(0.0);
         let truth = true_forces(&twin, &person, &project.settings);
-        let (inside, slide) = force_error(&person, &solved(&project), &truth);
+        let (inside, slide) = force_error(&person, &solved(&project), &truth, false);
         project.settings.depth = DepthRule::FixedDepth;
-        let (_, frozen) = force_error(&person, &solved(&project), &truth);
+        let (_, frozen) = force_error(&person, &solved(&project), &truth, false);
         println!("{inside} vertices: slide {slide:.2e}, frozen {frozen:.2e}");
         assert!(inside >= 50, "{inside}");
         // What is left is the weak prior of the head's motion, which moves points by less than a micrometre.

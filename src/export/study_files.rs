@@ -1,0 +1,54 @@
+//! What a study leaves: its table, its chart as a drawing and as a picture, and a short reading in plain words.
+
+use super::{png, study_maps};
+use crate::draw::svg;
+use crate::study::{Kind, Run, machine, table};
+
+/// Why there are no files.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyFilesError {
+    /// The drawing.
+    #[error(transparent)]
+    Drawing(#[from] svg::SvgError),
+    /// The picture.
+    #[error("the picture of the study cannot be written as PNG: {0}")]
+    Png(#[from] image::ImageError),
+}
+
+/// Name and bytes of each file: the table as CSV, the chart as SVG and PNG, the reading as Markdown.
+///
+/// # Errors
+/// [`StudyFilesError`].
+pub fn files(kind: Kind, runs: &[Run]) -> Result<Vec<(String, Vec<u8>)>, StudyFilesError> {
+    let caption = caption(runs);
+    let drawing = chart(kind, runs, &caption);
+    let reading = format!("{}\n{caption}\n", kind.reading(runs));
+    let name = kind.name();
+    Ok(vec![
+        (format!("{name}.csv"), table::csv(runs).into_bytes()),
+        (format!("{name}.png"), png(&svg::paint(&drawing, 1.0)?)?),
+        (format!("{name}.svg"), drawing.into_bytes()),
+        (format!("{name}.md"), reading.into_bytes()),
+    ])
+}
+
+/// The chart of a study.
+pub fn chart(kind: Kind, runs: &[Run], caption: &str) -> String {
+    match kind {
+        Kind::Stability => study_maps::svg(kind, runs, caption),
+    }
+}
+
+/// Machine, build, seeds and runs, in a line.
+pub fn caption(runs: &[Run]) -> String {
+    let seeds = runs
+        .iter()
+        .map(|r| r.seed)
+        .fold(None, |s: Option<[u64; 2]>, v| Some(s.map_or([v, v], |[low, high]| [low.min(v), high.max(v)])));
+    let seeds = match seeds {
+        None => "no seeds".to_owned(),
+        Some([a, b]) if a == b => format!("seed {a}"),
+        Some([a, b]) => format!("seeds {a} to {b}"),
+    };
+    format!("{} · {seeds} · {} runs", machine::words(), runs.len())
+}

@@ -1,0 +1,138 @@
+//! The studies that there are: what each measures, its cases, and how its table is read.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use sha2::{Digest, Sha256};
+
+use super::runner::Plan;
+use super::stability;
+use super::table::Run;
+use crate::face::FaceModel;
+
+/// A study.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// Where each method stops being stable.
+    #[default]
+    Stability,
+}
+
+/// How much of a study is run, and on which face.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Coarser, with fewer seeds: for a first look.
+    pub quick: bool,
+    /// Seeds; the study's own number where absent.
+    pub seeds: Option<u64>,
+    /// The face that it is measured on.
+    pub face: Arc<FaceModel>,
+}
+
+impl Options {
+    /// The whole study on a face.
+    pub fn on(face: Arc<FaceModel>) -> Self {
+        Self { quick: false, seeds: None, face }
+    }
+
+    /// Seeds, given the number of the whole and of the quick study.
+    pub fn seeds(&self, whole: u64, quick: u64) -> u64 {
+        self.seeds.unwrap_or(if self.quick { quick } else { whole }).clamp(1, 10_000)
+    }
+
+    /// What decides the rows, in words: for the heading of a journal.
+    pub fn words(&self, seeds: u64) -> String {
+        let mut hash = Sha256::new();
+        for p in self.face.mesh().positions() {
+            p.iter().for_each(|c| hash.update(c.to_le_bytes()));
+        }
+        let digest = hash.finalize();
+        let size = if self.quick { "quick" } else { "whole" };
+        let many = if seeds == 1 { "seed" } else { "seeds" };
+        format!(
+            "{size}, {seeds} {many}, face {} ({:02x}{:02x}{:02x})",
+            self.face.name(),
+            digest[0],
+            digest[1],
+            digest[2]
+        )
+    }
+}
+
+impl Kind {
+    /// All.
+    pub const ALL: [Self; 1] = [Self::Stability];
+
+    /// Its name in files and on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Stability => "stability",
+        }
+    }
+
+    /// Its name for people.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Stability => "Stability",
+        }
+    }
+
+    /// The journal of a study in a folder, while it runs there or was stopped.
+    pub fn journal_in(self, folder: &Path) -> PathBuf {
+        folder.join(format!("{}.journal", self.name()))
+    }
+
+    /// What it asks, in a sentence.
+    pub const fn asks(self) -> &'static str {
+        match self {
+            Self::Stability => "Where does each method fail, and what fails first?",
+        }
+    }
+
+    /// The study of a table, by the name in its rows.
+    pub fn of(runs: &[Run]) -> Option<Self> {
+        let name = runs.first()?.study.as_str();
+        Self::ALL.into_iter().find(|k| k.name() == name)
+    }
+
+    /// Its cases.
+    pub fn plan(self, options: &Options) -> Plan {
+        match self {
+            Self::Stability => stability::plan(options),
+        }
+    }
+
+    /// The questions of its charts, in order, and the words above each.
+    pub fn title(self, part: &str) -> String {
+        match self {
+            Self::Stability => stability::title(part).to_owned(),
+        }
+    }
+
+    /// What its table says, in Markdown, from the rows alone.
+    pub fn reading(self, runs: &[Run]) -> String {
+        match self {
+            Self::Stability => stability::reading(runs),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn no_two_cases_of_a_study_have_the_same_name() {
+        let face = crate::face::generic();
+        for kind in Kind::ALL {
+            for quick in [true, false] {
+                let plan = kind.plan(&Options { quick, ..Options::on(Arc::clone(&face)) });
+                let names: BTreeSet<&str> = plan.cases.iter().map(|c| c.key.as_str()).collect();
+                assert_eq!(names.len(), plan.cases.len(), "{}", kind.name());
+                assert_eq!(plan.study, kind.name());
+                assert!(plan.cases.len() > 10);
+            }
+        }
+    }
+}
