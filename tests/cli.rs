@@ -681,6 +681,39 @@ fn a_study_that_was_killed_goes_on_where_it_was() {
     assert_eq!(lines(), again);
 }
 
+/// The command of `docs/batch/Snakefile` with its placeholders filled in, on a project in a folder with an awkward name: it makes the files that
+/// the rule promises, and nothing else.
+#[cfg(unix)]
+#[test]
+fn the_command_of_the_batch_solves_a_project() {
+    let text_of = |path: &str| fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap();
+    let snakefile = text_of("docs/batch/Snakefile");
+    let between = |from: &str, to: &str| {
+        let rest = snakefile.split_once(from).unwrap().1;
+        rest.split_once(to).unwrap().0.trim().to_owned()
+    };
+    let (_dir, out) = sample();
+    let folder = out.join("it's a name");
+    fs::create_dir(&folder).unwrap();
+    let quoted = |path: &Path| format!("'{}'", text(path).replace('\'', r"'\''"));
+    let project = fs::read_dir(&out).unwrap().map(|e| e.unwrap().path());
+    let project = project.into_iter().find(|p| text(p).ends_with(".frontalis.json")).unwrap();
+    let (results, log) = (folder.join("results"), folder.join("results.log"));
+    let line = between("shell:\n        \"", "\"\n")
+        .replace("{threads}", "1")
+        .replace("{params.program:q}", &quoted(Path::new(env!("CARGO_BIN_EXE_frontalis"))))
+        .replace("{input.project:q}", &quoted(&project))
+        .replace("{params.out:q}", &quoted(&results))
+        .replace("{log:q}", &quoted(&log));
+    assert!(!line.contains(['{', '}']), "{line}");
+    let ran = Command::new("sh").args(["-c", &line]).output().unwrap();
+    assert!(ran.status.success(), "{line}: {}", fs::read_to_string(&log).unwrap_or_default());
+    let promised = between("FILES = [", "]").replace('"', "");
+    let promised: BTreeSet<String> = promised.split(',').map(|f| f.trim().to_owned()).collect();
+    assert_eq!(names(&results), promised);
+    assert!(fs::read_to_string(&log).unwrap().contains("written to"));
+}
+
 #[test]
 fn a_fit_writes_its_tables_its_drawing_and_a_report_that_names_the_command() {
     let (_dir, out) = sample();

@@ -30,6 +30,8 @@ enum Command {
     Laws(LawsArguments),
     /// Maps where each method fails, and what fails first: stability.csv, .svg, .png, .md.
     Stability(RunArguments),
+    /// Times every stage from 612 to 10⁶ vertices, its memory, and batches over the cores: scaling.csv, .svg, .png, .md.
+    Scaling(RunArguments),
 }
 
 #[derive(Debug, clap::Args)]
@@ -71,6 +73,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     match &arguments.command {
         Command::Laws(arguments) => laws(arguments),
         Command::Stability(arguments) => study(Kind::Stability, arguments),
+        Command::Scaling(arguments) => study(Kind::Scaling, arguments),
     }
 }
 

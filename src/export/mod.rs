@@ -19,6 +19,7 @@ pub mod report;
 pub mod study_chart;
 pub mod study_files;
 pub mod study_maps;
+pub mod study_scaling;
 pub mod tps;
 pub mod vtk;
 

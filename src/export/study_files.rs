@@ -1,6 +1,6 @@
 //! What a study leaves: its table, its chart as a drawing and as a picture, and a short reading in plain words.
 
-use super::{png, study_maps};
+use super::{png, study_maps, study_scaling};
 use crate::draw::svg;
 use crate::study::{Kind, Run, machine, table};
 
@@ -36,6 +36,7 @@ pub fn files(kind: Kind, runs: &[Run]) -> Result<Vec<(String, Vec<u8>)>, StudyFi
 pub fn chart(kind: Kind, runs: &[Run], caption: &str) -> String {
     match kind {
         Kind::Stability => study_maps::svg(kind, runs, caption),
+        Kind::Scaling => study_scaling::svg(&format!("{}: {}", kind.label(), kind.asks()), runs, caption),
     }
 }
 

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use sha2::{Digest, Sha256};
 
 use super::runner::Plan;
-use super::stability;
 use super::table::Run;
+use super::{scaling, stability};
 use crate::face::FaceModel;
 
 /// A study.
@@ -16,6 +16,8 @@ pub enum Kind {
     /// Where each method stops being stable.
     #[default]
     Stability,
+    /// How the work grows with the mesh and over the cores.
+    Scaling,
 }
 
 /// How much of a study is run, and on which face.
@@ -61,12 +63,13 @@ impl Options {
 
 impl Kind {
     /// All.
-    pub const ALL: [Self; 1] = [Self::Stability];
+    pub const ALL: [Self; 2] = [Self::Stability, Self::Scaling];
 
     /// Its name in files and on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Stability => "stability",
+            Self::Scaling => "scaling",
         }
     }
 
@@ -74,6 +77,7 @@ impl Kind {
     pub const fn label(self) -> &'static str {
         match self {
             Self::Stability => "Stability",
+            Self::Scaling => "Scaling",
         }
     }
 
@@ -86,6 +90,7 @@ impl Kind {
     pub const fn asks(self) -> &'static str {
         match self {
             Self::Stability => "Where does each method fail, and what fails first?",
+            Self::Scaling => "How does the work grow with the mesh, and over the cores?",
         }
     }
 
@@ -99,6 +104,7 @@ impl Kind {
     pub fn plan(self, options: &Options) -> Plan {
         match self {
             Self::Stability => stability::plan(options),
+            Self::Scaling => scaling::plan(options),
         }
     }
 
@@ -106,6 +112,7 @@ impl Kind {
     pub fn title(self, part: &str) -> String {
         match self {
             Self::Stability => stability::title(part).to_owned(),
+            Self::Scaling => scaling::title(part).to_owned(),
         }
     }
 
@@ -113,6 +120,7 @@ impl Kind {
     pub fn reading(self, runs: &[Run]) -> String {
         match self {
             Self::Stability => stability::reading(runs),
+            Self::Scaling => scaling::reading(runs),
         }
     }
 }

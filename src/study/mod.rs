@@ -17,6 +17,7 @@ pub mod marking_trial;
 pub mod people;
 pub mod points;
 pub mod runner;
+pub mod scaling;
 pub mod scene;
 pub mod sheet;
 pub mod stability;
