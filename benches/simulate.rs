@@ -11,6 +11,7 @@ use std::time::Instant;
 
 use frontalis::draw::line_chart::{Axis, COLOURS, HEADING, LineChart, Series, Style, Value, sheet};
 use frontalis::draw::svg;
+use frontalis::expression::{Basic, Expression, Setup, Stage};
 use frontalis::face::{self, FaceModel, Mesh};
 use frontalis::muscle::{Fibre, LawKind, MuscleLaw};
 use frontalis::simulate::{EquilibriumSolver, Hold, Method, Stepper, System, SystemOptions, rim};
@@ -185,8 +186,8 @@ struct Tally {
     still_folded: usize,
 }
 
-/// Places thrown about, pressed together to 30 %, or mirrored, with random velocities, activations up to 200 %, stiffness from 0.01 to
-/// 100 and steps up to 33 ms.
+/// Places thrown about, pressed together to 30 %, or mirrored, with random velocities, stiffness from 0.01 to 100 and steps up to 33 ms;
+/// by turns under random ones of the face's muscles and under one of the six expressions with its jaw, at up to 200 %.
 fn random_starts(face: &FaceModel, starts: u64) -> Result<Tally, Box<dyn std::error::Error>> {
     let pulls = pulls(face, "")?;
     let (mesh, rest) = (face.mesh(), face.mesh().positions());
@@ -197,10 +198,20 @@ fn random_starts(face: &FaceModel, starts: u64) -> Result<Tally, Box<dyn std::er
         let mut number = move || random.random::<f64>();
         let stiffness = 10_f64.powf(4.0 * number() - 2.0);
         let step_s = 0.033 * number().max(0.01);
-        let mut system =
-            System::new(mesh, rest, &fixed, None, SystemOptions { stiffness, ..SystemOptions::default() })?;
-        let activations: Vec<f64> = pulls.iter().map(|_| if number() < 0.4 { 2.0 * number() } else { 0.0 }).collect();
-        system.set_loads(summed(&pulls, |k| activations[k]))?;
+        let system = if seed % 2 == 0 {
+            let options = SystemOptions { stiffness, ..SystemOptions::default() };
+            let mut system = System::new(mesh, rest, &fixed, None, options)?;
+            let random: Vec<f64> = pulls.iter().map(|_| if number() < 0.4 { 2.0 * number() } else { 0.0 }).collect();
+            system.set_loads(summed(&pulls, |k| random[k]))?;
+            system
+        } else {
+            let Stage { mut system, actuators } = Stage::new(face, rest, &Setup { stiffness, ..Setup::default() })?;
+            let basic = Basic::ALL[seed as usize / 2 % Basic::ALL.len()];
+            let expression = Expression::basic(basic, &actuators).times(2.0 * number());
+            system.open_jaw(expression.jaw_deg.to_radians());
+            system.set_loads(actuators.loads(&expression).newton)?;
+            system
+        };
         let mut state = system.at_rest();
         let middle = Point3::new(0.0, -20.0, 0.0);
         for (x, v) in state.positions.iter_mut().zip(&mut state.velocities) {

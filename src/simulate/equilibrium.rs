@@ -6,7 +6,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::implicit_euler::Search;
+use super::energy::Pulls;
+use super::line_search::Search;
 use super::newton::{Newton, OutOfMemory};
 use super::system::System;
 
@@ -57,7 +58,7 @@ pub struct Equilibrium {
 pub struct EquilibriumSolver {
     newton: Newton,
     search: Search,
-    forces: Vec<Vector3<f64>>,
+    pulls: Pulls,
     /// Newton steps at most.
     pub iterations: usize,
     /// Length of the last Newton step that counts as none, mm.
@@ -73,7 +74,7 @@ impl EquilibriumSolver {
         Ok(Self {
             newton: Newton::new(system)?,
             search: Search::default(),
-            forces: Vec::new(),
+            pulls: Pulls::default(),
             iterations: 200,
             tolerance_mm: 1e-5,
         })
@@ -82,39 +83,82 @@ impl EquilibriumSolver {
     /// The equilibrium found from a start (places that are then put where the vertices may be).
     pub fn solve(&mut self, system: &System, start: &[Point3<f64>]) -> Equilibrium {
         let mut x: Vec<Point3<f64>> = start.iter().enumerate().map(|(i, p)| system.allowed(i, p)).collect();
-        let mut energy = system.forces(&x, &mut self.forces);
+        let Self { newton, search, pulls, .. } = self;
+        let mut energy = system.pulls(&x, pulls);
         let mut iterations = 0;
-        self.search.begin();
+        search.begin();
         let ended = loop {
             if iterations >= self.iterations {
                 break Ended::OutOfIterations;
             }
-            if !self.newton.direction(system, &x, &self.forces, |_| 0.0, &mut self.search.direction) {
+            let kept = search.keeps(NEAR_MM);
+            if kept {
+                newton.keep(system, &x);
+            }
+            let ready = kept || newton.factorize(system, &x, pulls, |_| 0.0);
+            if !(ready && newton.direction(&pulls.forces, &mut search.direction)) {
                 break Ended::NoFactor;
             }
             iterations += 1;
-            let longest = self.search.direction.iter().map(Vector3::norm_squared).fold(0.0, f64::max).sqrt();
+            let longest = search.longest_mm();
             let shortened = (LONGEST_MM / longest).min(1.0);
-            for d in &mut self.search.direction {
+            for d in &mut search.direction {
                 *d *= shortened;
             }
-            let slope: f64 = self.search.direction.iter().zip(&self.forces).map(|(d, f)| d.dot(f)).sum();
-            let found = self.search.descend(system, &mut x, energy, slope, |x| system.potential(x));
-            let Some((share, _)) = found else {
-                break if longest < self.tolerance_mm { Ended::Converged } else { Ended::Stalled };
+            newton.bends(&search.direction, &mut search.bend);
+            let slope = search.slope(&pulls.forces);
+            let found = search.descend(system, &mut x, energy, slope, |x| system.pulls(x, pulls));
+            let Some((share, after)) = found else {
+                // The forces are those of the last place tried.
+                energy = system.pulls(&x, pulls);
+                if longest < self.tolerance_mm {
+                    break Ended::Converged;
+                }
+                if kept {
+                    search.begin();
+                    continue;
+                }
+                break Ended::Stalled;
             };
-            energy = system.forces(&x, &mut self.forces);
-            if self.search.arrived(longest, share, self.tolerance_mm) {
+            energy = after;
+            if search.arrived(longest, share, self.tolerance_mm, kept) {
                 break Ended::Converged;
             }
         };
         let residual = |(i, f): (usize, &Vector3<f64>)| system.within(i, &x[i], *f).norm();
-        let residual_n = self.forces.iter().enumerate().map(residual).fold(0.0, f64::max);
+        let residual_n = pulls.forces.iter().enumerate().map(residual).fold(0.0, f64::max);
         let areas = system.doubled_areas(&x);
         let folded = areas.iter().enumerate().filter(|(_, a)| **a < 0.0).map(|(t, _)| t as u32).collect();
         Equilibrium { iterations, residual_n, energy_mj: energy, ended, folded, positions: x }
     }
+
+    /// The stiffness at some places, factored: for many small changes of the loads. None where it has no factor.
+    pub fn tangent(&mut self, system: &System, x: &[Point3<f64>]) -> Option<Tangent<'_>> {
+        system.pulls(x, &mut self.pulls);
+        let Self { newton, pulls, .. } = self;
+        newton.factorize(system, x, pulls, |_| 0.0).then_some(Tangent { newton })
+    }
 }
+
+/// The stiffness of a system at an equilibrium, factored once.
+///
+/// H is the second derivative of the energy within the surface, with what is negative in it left out: of springs that push, and of the
+/// repulsion's own bending. Where no spring pushes and no corner is repelled, as in skin with tension at rest that is not pressed
+/// together, it is exact.
+#[derive(Debug)]
+pub struct Tangent<'a> {
+    newton: &'a mut Newton,
+}
+
+impl Tangent<'_> {
+    /// How far each vertex goes, mm, for a small change of the loads, N: H⁻¹ Δf. False where a number is no number.
+    pub fn moved(&mut self, change: &[Vector3<f64>], out: &mut Vec<Vector3<f64>>) -> bool {
+        self.newton.direction(change, out)
+    }
+}
+
+/// After a whole step shorter than this the factor of the step before may serve once more, mm.
+const NEAR_MM: f64 = 0.075;
 
 /// No vertex goes further in one iteration, mm: where the skin has no stiffness left, Newton's step says nothing.
 const LONGEST_MM: f64 = 10.0;

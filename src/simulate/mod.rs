@@ -28,16 +28,20 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod block_cholesky;
 pub mod creases;
+pub mod energy;
 pub mod equilibrium;
 pub mod explicit_euler;
 pub mod failure;
 pub mod implicit_euler;
 pub mod integrator;
 pub mod jaw;
+mod line_search;
 pub mod muscle_force;
 pub mod muscle_force_2d;
 mod newton;
+pub mod options;
 pub mod region;
 pub mod repulsion;
 pub mod rim;
@@ -49,19 +53,21 @@ pub mod system;
 pub mod thesis_step;
 pub mod vertex_block_descent;
 
-pub use equilibrium::{Ended, Equilibrium, EquilibriumSolver};
+pub use energy::Energy;
+pub use equilibrium::{Ended, Equilibrium, EquilibriumSolver, Tangent};
 pub use failure::{Cause, Failure};
 pub use integrator::{Method, Stepper};
 pub use jaw::Jaw;
 pub use muscle_force::{InSurface, MuscleForce, Skin, muscle_force};
 pub use muscle_force_2d::{Cylinder, Exception, Unrolled};
 pub use newton::OutOfMemory;
+pub use options::{Hold, SystemError, SystemOptions};
 pub use region::{Cutoff, Region, Start};
 pub use repulsion::Repulsion;
 pub use rim::rim;
 pub use skin_law::{PowerLaw, SkinLaw};
 pub use skull::Skull;
-pub use system::{Energy, Hold, State, System, SystemError, SystemOptions};
+pub use system::{State, System};
 
 #[cfg(test)]
 mod tests;

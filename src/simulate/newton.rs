@@ -1,43 +1,18 @@
 //! One step of Newton's method on the energy of a system: the stiffness matrix made positive, and its sparse Cholesky factor.
 
-use std::ops::AddAssign;
-
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::LltRegularization;
-use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
-};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
-use faer::{Conj, MatMut, Par, Side};
 use nalgebra::{Matrix2, Matrix3, Matrix3x2, Point3, Vector3};
 
+use super::block_cholesky::{Block, BlockCholesky, Slot};
+use super::energy::Pulls;
 use super::system::System;
 
 /// Room for Newton steps on one system; the pattern of its matrix is ordered once.
-pub(super) struct Newton {
-    freedoms: usize,
-    /// Number of each free vertex among the free ones.
-    unknown: Vec<Option<u32>>,
-    /// Rank of each spring's block below the diagonal of its column, where both ends are free.
-    rank: Vec<Option<u32>>,
-    /// Springs of each wedge's sides 01, 12, 20.
-    sides: Vec<[u32; 3]>,
-    pattern: SymbolicSparseColMat<u32>,
-    symbolic: SymbolicCholesky<u32>,
-    values: Vec<f64>,
-    factor: Vec<f64>,
-    scratch: MemBuffer,
-    diagonal: Vec<Matrix3<f64>>,
-    beside: Vec<Matrix3<f64>>,
-    bases: Vec<Matrix3<f64>>,
-    right: Vec<f64>,
-}
-
-impl std::fmt::Debug for Newton {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Newton").field("unknowns", &self.right.len()).finish_non_exhaustive()
-    }
+#[derive(Debug)]
+pub(super) enum Newton {
+    /// Vertices that slide on a surface.
+    Sliding(Stiffness<2>),
+    /// Vertices that move freely.
+    Free(Stiffness<3>),
 }
 
 /// The matrix could not be ordered: memory ran out.
@@ -45,228 +20,244 @@ impl std::fmt::Debug for Newton {
 #[error("there is not enough memory for the stiffness matrix")]
 pub struct OutOfMemory;
 
-/// What stiffness is given to a direction that has none, as a share of the skin's own: so little moves nothing wrongly, and a
-/// saturated sheet can still be stepped.
-const LEAST_SHARE: f64 = 1e-3;
-
 impl Newton {
     pub(super) fn new(system: &System) -> Result<Self, OutOfMemory> {
-        let k = system.freedoms();
+        match system.freedoms() {
+            2 => Stiffness::new(system).map(Self::Sliding),
+            _ => Stiffness::new(system).map(Self::Free),
+        }
+    }
+
+    /// Factors the stiffness at `x`, with `inertia` (N/mm, one a vertex) on the diagonal where time is stepped; false where it has no
+    /// factor.
+    ///
+    /// H = Σ k d dᵀ + max(0, T/L) (I − d dᵀ) + Σ r' ∇s ∇sᵀ + anchors, within the surface; the pull of the surface on a vertex that
+    /// is pressed against it adds T_t n·f ∇∇φ, as far as that is positive. All parts are positive, so H⁻¹ f descends.
+    pub(super) fn factorize(
+        &mut self,
+        system: &System,
+        x: &[Point3<f64>],
+        pulls: &Pulls,
+        inertia: impl Fn(usize) -> f64,
+    ) -> bool {
+        match self {
+            Self::Sliding(stiffness) => stiffness.factorize(system, x, pulls, inertia),
+            Self::Free(stiffness) => stiffness.factorize(system, x, pulls, inertia),
+        }
+    }
+
+    /// Takes the last factor along to `x`: what it says about the surface there is turned with the surface. H⁻¹ f still descends.
+    pub(super) fn keep(&mut self, system: &System, x: &[Point3<f64>]) {
+        if let Self::Sliding(stiffness) = self {
+            stiffness.turn(system, x);
+        }
+    }
+
+    /// What takes each vertex that goes along `d` back to the surface, in second order, mm.
+    pub(super) fn bends(&self, directions: &[Vector3<f64>], out: &mut Vec<Vector3<f64>>) {
+        out.clear();
+        if let Self::Sliding(stiffness) = self {
+            out.extend(directions.iter().enumerate().map(|(i, d)| stiffness.bend(i, d)));
+        }
+    }
+
+    /// The direction H⁻¹ f for the forces `f`, with the last factor; false where a number is no number.
+    pub(super) fn direction(&mut self, forces: &[Vector3<f64>], out: &mut Vec<Vector3<f64>>) -> bool {
+        match self {
+            Self::Sliding(stiffness) => stiffness.direction(forces, out),
+            Self::Free(stiffness) => stiffness.direction(forces, out),
+        }
+    }
+}
+
+/// The matrix in the K coordinates in which each vertex can move.
+#[derive(Debug)]
+pub(super) struct Stiffness<const K: usize> {
+    /// Number of each free vertex among the free ones.
+    unknown: Vec<Option<u32>>,
+    /// Where each spring's block stands, where both ends are free.
+    slots: Vec<Option<Slot>>,
+    /// Springs of each wedge's sides 01, 12, 20.
+    sides: Vec<[u32; 3]>,
+    /// The directions in which each vertex can move.
+    bases: Vec<[Vector3<f64>; K]>,
+    /// The curvature of the surface under each vertex in those directions, 1/mm.
+    bends: Vec<Matrix2<f64>>,
+    /// What the surface adds to each diagonal block.
+    pulls: Vec<Matrix2<f64>>,
+    matrix: BlockCholesky<K>,
+    right: Vec<f64>,
+}
+
+impl<const K: usize> Stiffness<K> {
+    fn new(system: &System) -> Result<Self, OutOfMemory> {
         let mut unknown = vec![None; system.len()];
         let mut count = 0_u32;
         for (slot, _) in unknown.iter_mut().zip(&system.free).filter(|(_, free)| **free) {
             *slot = Some(count);
             count += 1;
         }
-        let mut below = vec![0_u32; count as usize];
-        // Springs are in ascending order of their lower end, then of the higher: so are the rows of a column.
-        let rank: Vec<Option<u32>> = system
-            .springs
-            .iter()
-            .map(|s| {
-                let [a, b] = s.ends.map(|i| unknown[i as usize]);
-                let (a, _) = (a?, b?);
-                below[a as usize] += 1;
-                Some(below[a as usize] - 1)
-            })
-            .collect();
-        let mut columns = vec![0_u32];
-        let mut rows: Vec<u32> = Vec::new();
-        let mut spring = 0;
-        for (i, slot) in unknown.iter().enumerate() {
-            let Some(column) = *slot else { continue };
-            while system.springs.get(spring).is_some_and(|s| (s.ends[0] as usize) < i) {
-                spring += 1;
-            }
-            let of_this = system.springs[spring..].iter().take_while(|s| s.ends[0] as usize == i);
-            let others: Vec<u32> = of_this.filter_map(|s| unknown[s.ends[1] as usize]).collect();
-            for c in 0..k as u32 {
-                rows.extend((c..k as u32).map(|r| column * k as u32 + r));
-                rows.extend(others.iter().flat_map(|j| (0..k as u32).map(move |r| j * k as u32 + r)));
-                columns.push(rows.len() as u32);
-            }
-        }
-        let size = count as usize * k;
-        let entries = rows.len();
-        let pattern = SymbolicSparseColMat::new_checked(size, size, columns, None, rows);
-        let symbolic = factorize_symbolic_cholesky(
-            pattern.as_ref(),
-            Side::Lower,
-            SymmetricOrdering::Amd,
-            CholeskySymbolicParams {
-                supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
-                ..CholeskySymbolicParams::default()
-            },
-        )
-        .map_err(|_| OutOfMemory)?;
-        let need = symbolic
-            .factorize_numeric_llt_scratch::<f64>(Par::Seq, faer::Spec::default())
-            .or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
-        let scratch = MemBuffer::try_new(need).map_err(|_| OutOfMemory)?;
+        let pair = |ends: [u32; 2]| Some([unknown[ends[0] as usize]?, unknown[ends[1] as usize]?]);
+        let pairs: Vec<[u32; 2]> = system.springs.iter().filter_map(|s| pair(s.ends)).collect();
+        let matrix = BlockCholesky::new(count as usize, &pairs).ok_or(OutOfMemory)?;
         let index: std::collections::HashMap<[u32; 2], u32> =
             system.springs.iter().enumerate().map(|(e, s)| (s.ends, e as u32)).collect();
         let side = |a: u32, b: u32| index.get(&[a.min(b), a.max(b)]).copied().unwrap_or(0);
+        let sides = system.wedges.iter().map(|w| w.corners).map(|[a, b, c]| [side(a, b), side(b, c), side(c, a)]);
+        let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
         Ok(Self {
-            freedoms: k,
-            rank,
-            sides: system
-                .wedges
-                .iter()
-                .map(|w| w.corners)
-                .map(|[a, b, c]| [side(a, b), side(b, c), side(c, a)])
-                .collect(),
-            factor: vec![0.0; symbolic.len_val()],
-            values: vec![0.0; entries],
-            pattern,
-            symbolic,
-            scratch,
-            diagonal: vec![Matrix3::zeros(); system.len()],
-            beside: vec![Matrix3::zeros(); system.springs.len()],
-            bases: vec![Matrix3::identity(); system.len()],
-            right: vec![0.0; size],
+            slots: system.springs.iter().map(|s| matrix.slot(pair(s.ends)?)).collect(),
+            sides: sides.collect(),
+            bases: vec![std::array::from_fn(|c| axes[c]); system.len()],
+            bends: vec![Matrix2::zeros(); system.len()],
+            pulls: vec![Matrix2::zeros(); system.len()],
+            right: vec![0.0; count as usize * K],
+            matrix,
             unknown,
         })
     }
 
-    /// The direction H⁻¹ f for the forces `f` at `x`, with `inertia` (N/mm, one a vertex) on the diagonal where time is stepped;
-    /// false where H has no factor.
-    ///
-    /// H = Σ k d dᵀ + max(0, T/L) (I − d dᵀ) + Σ r' ∇s ∇sᵀ + anchors, within the surface; the pull of the surface on a vertex that
-    /// is pressed against it adds T_t n·f ∇∇φ, as far as that is positive. All parts are positive, so the direction descends.
-    pub(super) fn direction(
-        &mut self,
-        system: &System,
-        x: &[Point3<f64>],
-        forces: &[Vector3<f64>],
-        inertia: impl Fn(usize) -> f64,
-        out: &mut Vec<Vector3<f64>>,
-    ) -> bool {
-        self.assemble(system, x, inertia);
+    /// The factor of H at these places.
+    fn factorize(&mut self, system: &System, x: &[Point3<f64>], pulls: &Pulls, inertia: impl Fn(usize) -> f64) -> bool {
+        self.lay(system, x, &pulls.forces);
         // With the whole curvature of the surface first, which may leave the matrix indefinite; then with its positive part.
-        if !(self.factorized(system, x, forces, true) || self.factorized(system, x, forces, false)) {
-            return false;
+        self.assemble(system, x, &pulls.springs, &inertia);
+        if self.matrix.factorize() {
+            return true;
         }
-        let stack = MemStack::new(&mut self.scratch);
-        let size = self.right.len();
-        let right = MatMut::from_column_major_slice_mut(&mut self.right, size, 1);
-        LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(Conj::No, right, Par::Seq, stack);
-        out.clear();
-        out.resize(system.len(), Vector3::zeros());
-        for (i, u) in self.unknown.iter().enumerate() {
+        for pull in &mut self.pulls {
+            *pull = positive(pull);
+        }
+        self.assemble(system, x, &pulls.springs, &inertia);
+        self.matrix.factorize()
+    }
+
+    /// How far a vertex that goes this way leaves the surface in second order, mm: along the normal of the plane that it goes in.
+    fn bend(&self, i: usize, d: &Vector3<f64>) -> Vector3<f64> {
+        let (Some([t, s]), true) = (self.bases[i].first_chunk::<2>(), K == 2) else { return Vector3::zeros() };
+        let (a, b, c) = (t.dot(d), s.dot(d), &self.bends[i]);
+        t.cross(s) * (-0.5 * (c.m11 * a * a + 2.0 * c.m12 * a * b + c.m22 * b * b))
+    }
+
+    /// H⁻¹ of these forces, with the last factor.
+    fn direction(&mut self, forces: &[Vector3<f64>], out: &mut Vec<Vector3<f64>>) -> bool {
+        for ((u, basis), f) in self.unknown.iter().zip(&self.bases).zip(forces) {
             let Some(u) = u else { continue };
-            let at = *u as usize * self.freedoms;
-            for (c, value) in self.right[at..at + self.freedoms].iter().enumerate() {
-                out[i] += self.bases[i].column(c) * *value;
-            }
+            let at = *u as usize * K;
+            self.right[at..at + K].copy_from_slice(&seen_from(basis, f));
         }
+        self.matrix.solve(&mut self.right);
+        out.clear();
+        out.extend(self.unknown.iter().zip(&self.bases).map(|(u, basis)| {
+            let Some(u) = u else { return Vector3::zeros() };
+            let at = *u as usize * K;
+            basis.iter().zip(&self.right[at..at + K]).map(|(b, value)| b * *value).sum::<Vector3<f64>>()
+        }));
         out.iter().all(|d| d.iter().all(|c| c.is_finite()))
     }
 
-    fn factorized(&mut self, system: &System, x: &[Point3<f64>], forces: &[Vector3<f64>], whole: bool) -> bool {
-        self.reduce(system, x, forces, whole);
-        let matrix = SparseColMatRef::new(self.pattern.as_ref(), &self.values);
-        let found = self.symbolic.factorize_numeric_llt(
-            &mut self.factor,
-            matrix,
-            Side::Lower,
-            LltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-            faer::Spec::default(),
-        );
-        found.is_ok()
+    /// Finds the directions in which the vertices can move, and what the surface adds.
+    fn lay(&mut self, system: &System, x: &[Point3<f64>], forces: &[Vector3<f64>]) {
+        if K != 2 {
+            return;
+        }
+        for i in 0..x.len() {
+            if self.unknown[i].is_none() {
+                continue;
+            }
+            let (normal, curvature) = system.surface(i, &x[i]).unwrap_or_else(|| (Vector3::z(), Matrix3::zeros()));
+            let across = if normal.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
+            let t = normal.cross(&across).normalize();
+            let both = [t, normal.cross(&t)];
+            self.bases[i] = std::array::from_fn(|c| both[c]);
+            self.bends[i] = within(&curvature, both[0], both[1]);
+            self.pulls[i] = self.bends[i] * normal.dot(&forces[i]);
+        }
     }
 
-    fn assemble(&mut self, system: &System, x: &[Point3<f64>], inertia: impl Fn(usize) -> f64) {
-        let scale = system.options.stiffness;
-        let law = &system.options.law;
-        for (i, d) in self.diagonal.iter_mut().enumerate() {
-            let anchor = system.anchor(i).map_or(0.0, |(k, _)| k);
-            *d = Matrix3::from_diagonal_element(inertia(i) + anchor);
+    /// Turns the directions of each vertex into the surface at `x`.
+    fn turn(&mut self, system: &System, x: &[Point3<f64>]) {
+        for ((i, p), basis) in x.iter().enumerate().zip(&mut self.bases).filter(|((i, _), _)| system.free[*i]) {
+            let Some(normal) = system.normal(i, p) else { continue };
+            let Some(t) = (basis[0] - normal * normal.dot(&basis[0])).try_normalize(1e-9) else { continue };
+            let both = [t, normal.cross(&t)];
+            *basis = std::array::from_fn(|c| both[c]);
         }
-        for (block, spring) in self.beside.iter_mut().zip(&system.springs) {
+    }
+
+    fn assemble(&mut self, system: &System, x: &[Point3<f64>], springs: &[[f64; 2]], inertia: impl Fn(usize) -> f64) {
+        let matrix = &mut self.matrix;
+        matrix.clear();
+        for (i, u) in self.unknown.iter().enumerate() {
+            let Some(u) = *u else { continue };
+            let own = inertia(i) + system.anchor(i).map_or(0.0, |(k, _)| k);
+            let to = matrix.diagonal(u);
+            for (c, column) in to.iter_mut().enumerate() {
+                column[c] += own;
+            }
+            if K == 2 {
+                let pull = self.pulls[i];
+                for c in 0..2 {
+                    for r in 0..2 {
+                        to[c][r] += pull[(r, c)];
+                    }
+                }
+            }
+        }
+        for ((spring, slot), [sideways, lengthways]) in system.springs.iter().zip(&self.slots).zip(springs) {
             let [a, b] = spring.ends.map(|i| i as usize);
-            let k = spring_stiffness(law.at(spring, (x[a] - x[b]).norm(), scale), law.toe(spring, scale), x[a] - x[b]);
-            self.diagonal[a] += k;
-            self.diagonal[b] += k;
-            *block = -k;
+            let along = x[a] - x[b];
+            let [ta, tb] = [a, b].map(|i| seen_from(&self.bases[i], &along));
+            for (i, t) in [(a, &ta), (b, &tb)] {
+                let Some(u) = self.unknown[i] else { continue };
+                let to = matrix.diagonal(u);
+                for c in 0..K {
+                    to[c][c] += sideways;
+                    for r in 0..K {
+                        to[c][r] += lengthways * t[r] * t[c];
+                    }
+                }
+            }
+            let Some(slot) = slot else { continue };
+            let block: Block<K> = std::array::from_fn(|c| {
+                std::array::from_fn(|r| {
+                    -(sideways * self.bases[a][r].dot(&self.bases[b][c]) + lengthways * ta[r] * tb[c])
+                })
+            });
+            matrix.add(*slot, &block);
         }
         let Some(repulsion) = &system.options.repulsion else { return };
         for (wedge, sides) in system.wedges.iter().zip(&self.sides) {
             let normal = system.wedge_normal(wedge);
             wedge.pushes(repulsion, System::corners(wedge, x), &normal, |push| {
+                let g: [[f64; K]; 3] =
+                    std::array::from_fn(|c| seen_from(&self.bases[wedge.corners[c] as usize], &push.gradient[c]));
+                let product = |row: &[f64; K], column: &[f64; K]| -> Block<K> {
+                    std::array::from_fn(|c| std::array::from_fn(|r| push.slope * row[r] * column[c]))
+                };
                 for (c, side) in sides.iter().enumerate() {
-                    let g = push.gradient[c] * push.slope;
-                    self.diagonal[wedge.corners[c] as usize] += g * push.gradient[c].transpose();
+                    if let Some(u) = self.unknown[wedge.corners[c] as usize] {
+                        let to = matrix.diagonal(u);
+                        for (to, from) in to.iter_mut().flatten().zip(product(&g[c], &g[c]).iter().flatten()) {
+                            *to += from;
+                        }
+                    }
                     let d = (c + 1) % 3;
                     // The block of a spring is that of its lower end's row and its higher end's column.
                     let (low, high) = if wedge.corners[c] < wedge.corners[d] { (c, d) } else { (d, c) };
-                    self.beside[*side as usize] += push.gradient[low] * push.slope * push.gradient[high].transpose();
+                    if let Some(slot) = self.slots[*side as usize] {
+                        matrix.add(slot, &product(&g[low], &g[high]));
+                    }
                 }
             });
         }
     }
-
-    /// Writes the matrix in the coordinates in which the vertices can move, and the right side.
-    fn reduce(&mut self, system: &System, x: &[Point3<f64>], forces: &[Vector3<f64>], whole: bool) {
-        let k = self.freedoms;
-        let columns = self.pattern.col_ptr();
-        for (i, u) in self.unknown.iter().enumerate() {
-            let Some(u) = u else { continue };
-            let first = *u as usize * k;
-            let mut pull = Matrix2::zeros();
-            if k == 2 {
-                let (normal, curvature) = system.surface(i, &x[i]).unwrap_or_else(|| (Vector3::z(), Matrix3::zeros()));
-                let across = if normal.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
-                let t = normal.cross(&across).normalize();
-                let s = normal.cross(&t);
-                self.bases[i] = Matrix3::from_columns(&[t, s, normal]);
-                let bent = curvature * normal.dot(&forces[i]);
-                pull = within(&bent, t, s);
-                if !whole {
-                    pull = positive(&pull);
-                }
-            }
-            let basis = self.bases[i];
-            let mut inside = basis.transpose() * self.diagonal[i] * basis;
-            inside.fixed_view_mut::<2, 2>(0, 0).add_assign(&pull);
-            for c in 0..k {
-                let at = columns[first + c] as usize;
-                for r in c..k {
-                    self.values[at + r - c] = inside[(r, c)];
-                }
-                self.right[first + c] = basis.column(c).dot(&forces[i]);
-            }
-        }
-        for ((spring, rank), block) in system.springs.iter().zip(&self.rank).zip(&self.beside) {
-            let Some(rank) = rank else { continue };
-            let [a, b] = spring.ends.map(|i| i as usize);
-            let Some(u) = self.unknown[a] else { continue };
-            let between = self.bases[b].transpose() * block.transpose() * self.bases[a];
-            for c in 0..k {
-                let at = columns[u as usize * k + c] as usize + (k - c) + *rank as usize * k;
-                for r in 0..k {
-                    self.values[at + r] = between[(r, c)];
-                }
-            }
-        }
-    }
 }
 
-/// k d dᵀ + max(0, T/L) (I − d dᵀ): the stiffness of a spring without what would make it push sideways (Choi and Ko 2002).
+/// A vector in the coordinates of a vertex.
 #[inline]
-pub(super) fn spring_stiffness([_, tension, slope]: [f64; 3], toe: f64, along: Vector3<f64>) -> Matrix3<f64> {
-    let squared = along.norm_squared();
-    let slope = slope.max(LEAST_SHARE * toe);
-    if squared < 1e-18 {
-        return Matrix3::from_diagonal_element(slope);
-    }
-    let sideways = (tension / squared.sqrt()).max(0.0);
-    let mut k = along * along.transpose() * ((slope - sideways) / squared);
-    for a in 0..3 {
-        k[(a, a)] += sideways;
-    }
-    k
+fn seen_from<const K: usize>(basis: &[Vector3<f64>; K], v: &Vector3<f64>) -> [f64; K] {
+    std::array::from_fn(|c| basis[c].dot(v))
 }
 
 /// tᵀ M t, tᵀ M s and sᵀ M s of a symmetric matrix.

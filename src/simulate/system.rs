@@ -3,115 +3,13 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::jaw::{Jaw, Pose};
+use super::options::{Hold, SystemError, SystemOptions, check};
 use super::repulsion::{Repulsion, Wedge};
 use super::skin_law::{SkinLaw, Spring};
 use super::skull::Skull;
 use crate::face::Mesh;
 use crate::face::mesh::{Lists, doubled_area_vector};
-use crate::forces::{SpringRule, Springs};
-
-/// What keeps the skin on the face.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Hold {
-    /// It slides over the skull: every vertex keeps the height above it that it has at rest.
-    #[default]
-    Skull,
-    /// A spring from every vertex to its place at rest, N/mm³ (that is, a mm² of skin).
-    Anchors(f64),
-    /// Nothing, as in the thesis: springs see only lengths, so the face may turn inside out under small forces
-    /// (`docs/errata.md`).
-    Bare,
-}
-
-impl Hold {
-    /// Anchors as stiff as 6 mm of tissue with a shear modulus of 3.6 kPa under the skin (Mooney–Rivlin C10 = 0.4, C01 = 1.4 kPa,
-    /// μ = 2 (C10 + C01): Barbarino 2011, as quoted in FACTS 1.1; the thickness is assumed).
-    pub const ANCHORS: Self = Self::Anchors(0.6e-3);
-}
-
-/// The numbers of the mass–spring–damper system. Thesis (4.9)–(4.12).
-#[derive(Clone, Debug, PartialEq)]
-pub struct SystemOptions {
-    /// What an edge answers to being stretched.
-    pub law: SkinLaw,
-    /// How wide a strip an edge stands for.
-    pub spring_rule: SpringRule,
-    /// Thickness of the skin, mm.
-    pub thickness_mm: f64,
-    /// Density of the skin, kg/m³.
-    pub density_kg_m3: f64,
-    /// c of (4.11) over the mass, 1/s.
-    pub damping_per_s: f64,
-    /// What keeps corners from crossing edges.
-    pub repulsion: Option<Repulsion>,
-    /// What keeps the skin on the face.
-    pub hold: Hold,
-    /// Factor on every stiffness of the skin.
-    pub stiffness: f64,
-    /// Stress that the skin is under at rest, kPa, with what balances it there; only under [`SkinLaw::Table`].
-    ///
-    /// Skin that loses all of it wrinkles and carries no more: with the pre-tension at which the table saturates no spring ever
-    /// pushes, its energy is a convex function of the places, and there is one equilibrium. Without it pressed springs push, and
-    /// the skin can give way sideways in more than one way.
-    pub pre_tension_kpa: f64,
-}
-
-impl Default for SystemOptions {
-    /// Thickness and density: FACTS 1.2. Pre-tension: what the table loses until it wrinkles; measured are 7 to 53 kPa (Flynn 2018). The damping lets the slowest motion of the face (about 5 Hz) end without swinging back:
-    /// 2 · 2π · 5 Hz; it is assumed, no measured value was found.
-    fn default() -> Self {
-        Self {
-            law: SkinLaw::default(),
-            spring_rule: SpringRule::default(),
-            thickness_mm: 1.5,
-            density_kg_m3: 1100.0,
-            damping_per_s: 60.0,
-            repulsion: Some(Repulsion::default()),
-            hold: Hold::default(),
-            stiffness: 1.0,
-            pre_tension_kpa: 9.13,
-        }
-    }
-}
-
-/// Why a system was refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SystemError {
-    /// Lists of different lengths.
-    #[error("the {what} are given for {found} vertices, but the mesh has {vertices}")]
-    Length {
-        /// Which list.
-        what: &'static str,
-        /// Its length.
-        found: usize,
-        /// Number of vertices.
-        vertices: usize,
-    },
-    /// A number that cannot be.
-    #[error("{what} is {value}; it must be {wanted}")]
-    Value {
-        /// Which number.
-        what: &'static str,
-        /// What was given.
-        value: f64,
-        /// What would do.
-        wanted: &'static str,
-    },
-    /// A place or a weight is NaN or infinite.
-    #[error("vertex {vertex} has a {what} that is not a finite number")]
-    NotFinite {
-        /// Which number.
-        what: &'static str,
-        /// The vertex.
-        vertex: usize,
-    },
-    /// A vertex that stands for no skin has no mass.
-    #[error("vertex {vertex} belongs to no triangle with an area, so it has no mass")]
-    Massless {
-        /// The vertex.
-        vertex: usize,
-    },
-}
+use crate::forces::Springs;
 
 /// Point masses, springs, repulsion, what holds them, and the muscles' loads. Thesis (4.12), Fig. 4.3.
 #[derive(Clone, Debug)]
@@ -119,6 +17,8 @@ pub struct System {
     pub(super) rest: Vec<Point3<f64>>,
     pub(super) springs: Vec<Spring>,
     pub(super) wedges: Vec<Wedge>,
+    /// Stiffness of each spring at rest, N/mm.
+    pub(super) toes: Vec<f64>,
     springs_at: Lists,
     wedges_at: Lists,
     /// Mass of each vertex in N s²/mm (kg / 1000).
@@ -130,10 +30,10 @@ pub struct System {
     anchors: Vec<f64>,
     jaw: Option<Jaw>,
     jaw_rad: f64,
-    pose: Pose,
-    loads: Vec<Vector3<f64>>,
+    pub(super) pose: Pose,
+    pub(super) loads: Vec<Vector3<f64>>,
     /// What balances the pre-tension at rest, N; empty without one.
-    balance: Vec<Vector3<f64>>,
+    pub(super) balance: Vec<Vector3<f64>>,
     size_mm: f64,
     changes: u64,
 }
@@ -145,24 +45,6 @@ pub struct State {
     pub positions: Vec<Point3<f64>>,
     /// Velocities.
     pub velocities: Vec<Vector3<f64>>,
-}
-
-/// What the parts of the total energy are, mJ.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Energy {
-    /// ½ m v².
-    pub kinetic: f64,
-    /// In stretched and pressed skin, in repulsion and anchors.
-    pub elastic: f64,
-    /// −Σ f·(x − x₀) of the muscles' loads and of what balances the pre-tension: what they have left to give.
-    pub loads: f64,
-}
-
-impl Energy {
-    /// The sum, which only damping may change, and only downwards.
-    pub fn total(&self) -> f64 {
-        self.kinetic + self.elastic + self.loads
-    }
 }
 
 impl System {
@@ -215,6 +97,7 @@ impl System {
             rest: rest.to_vec(),
             springs_at: Lists::from_pairs(n, ends),
             wedges_at: Lists::from_pairs(n, corners),
+            toes: springs.iter().map(|s| options.law.toe(s, options.stiffness)).collect(),
             springs,
             wedges,
             inertia: areas.iter().map(|a| a * per_area).collect(),
@@ -439,100 +322,6 @@ impl System {
         }
     }
 
-    /// Potential energy (mJ) and the force on every vertex (N) but damping; what holds the skin to the skull is not among them.
-    pub fn forces(&self, x: &[Point3<f64>], out: &mut Vec<Vector3<f64>>) -> f64 {
-        out.clear();
-        out.extend((0..self.len()).map(|i| self.given(i)));
-        let mut energy = -self.work_of_loads(x);
-        let scale = self.options.stiffness;
-        for spring in &self.springs {
-            let [a, b] = spring.ends.map(|i| i as usize);
-            let along = x[a] - x[b];
-            let length = along.norm();
-            let [u, tension, _] = self.options.law.at(spring, length, scale);
-            energy += u;
-            if length > 0.0 {
-                let f = along * (tension / length);
-                out[a] -= f;
-                out[b] += f;
-            }
-        }
-        if let Some(repulsion) = &self.options.repulsion {
-            for wedge in &self.wedges {
-                wedge.pushes(repulsion, Self::corners(wedge, x), &self.wedge_normal(wedge), |push| {
-                    energy += push.energy;
-                    for (i, g) in wedge.corners.iter().zip(push.gradient) {
-                        out[*i as usize] += g * push.force;
-                    }
-                });
-            }
-        }
-        for (i, f) in out.iter_mut().enumerate() {
-            if let Some((k, place)) = self.anchor(i) {
-                let d = x[i] - place;
-                energy += 0.5 * k * d.norm_squared();
-                *f -= d * k;
-            }
-        }
-        energy
-    }
-
-    /// Potential energy (mJ) and the acceleration of every vertex (mm/s²), with damping, within what it can follow. Thesis (4.11),
-    /// (4.12).
-    pub(super) fn accelerations(&self, state: &State, out: &mut Vec<Vector3<f64>>) -> f64 {
-        let energy = self.forces(&state.positions, out);
-        for (i, a) in out.iter_mut().enumerate() {
-            *a = if self.free[i] {
-                let force = self.within(i, &state.positions[i], *a);
-                force / self.inertia[i] - state.velocities[i] * self.options.damping_per_s
-            } else {
-                Vector3::zeros()
-            };
-        }
-        energy
-    }
-
-    /// What pulls on a vertex wherever it is, N: the muscles, and what balances the pre-tension.
-    pub(super) fn given(&self, i: usize) -> Vector3<f64> {
-        self.balance.get(i).map_or(self.loads[i], |b| self.loads[i] + self.pose.turned(i, b))
-    }
-
-    fn work_of_loads(&self, x: &[Point3<f64>]) -> f64 {
-        x.iter().zip(&self.rest).enumerate().map(|(i, (x, x0))| self.given(i).dot(&(x - x0))).sum()
-    }
-
-    /// Potential energy alone, mJ.
-    pub fn potential(&self, x: &[Point3<f64>]) -> f64 {
-        let scale = self.options.stiffness;
-        let mut energy = -self.work_of_loads(x);
-        for spring in &self.springs {
-            let [a, b] = spring.ends.map(|i| i as usize);
-            energy += self.options.law.at(spring, (x[a] - x[b]).norm(), scale)[0];
-        }
-        if let Some(repulsion) = &self.options.repulsion {
-            for wedge in &self.wedges {
-                let normal = self.wedge_normal(wedge);
-                wedge.pushes(repulsion, Self::corners(wedge, x), &normal, |push| energy += push.energy);
-            }
-        }
-        for (i, x) in x.iter().enumerate() {
-            if let Some((k, place)) = self.anchor(i) {
-                energy += 0.5 * k * (x - place).norm_squared();
-            }
-        }
-        energy
-    }
-
-    /// The energy of a state by its parts.
-    pub fn energy(&self, state: &State) -> Energy {
-        let loads = -self.work_of_loads(&state.positions);
-        Energy { kinetic: self.kinetic(state), elastic: self.potential(&state.positions) - loads, loads }
-    }
-
-    pub(super) fn kinetic(&self, state: &State) -> f64 {
-        self.inertia.iter().zip(&state.velocities).map(|(m, v)| 0.5 * m * v.norm_squared()).sum()
-    }
-
     /// Sum of m v over all vertices, N s.
     pub fn momentum(&self, state: &State) -> Vector3<f64> {
         self.inertia.iter().zip(&state.velocities).map(|(m, v)| v * *m).sum()
@@ -557,40 +346,6 @@ impl System {
 
 /// How far from its height a vertex may be left, mm.
 const OFF_MM: f64 = 1e-7;
-
-fn check(o: &SystemOptions) -> Result<(), SystemError> {
-    let more_than_0 = [
-        ("the thickness of the skin (mm)", o.thickness_mm),
-        ("the density of the skin (kg/m³)", o.density_kg_m3),
-        ("the factor on the stiffness", o.stiffness),
-    ];
-    for (what, value) in more_than_0 {
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(SystemError::Value { what, value, wanted: "more than 0" });
-        }
-    }
-    let anchors = if let Hold::Anchors(k) = o.hold { k } else { 0.0 };
-    let r = o.repulsion.unwrap_or_default();
-    let mut not_negative = vec![
-        ("the damping (1/s)", o.damping_per_s),
-        ("the stiffness of the anchors (N/mm³)", anchors),
-        ("the strength of the repulsion", r.strength),
-        ("the exponent of the repulsion", r.exponent),
-        ("the pre-tension of the skin (kPa)", o.pre_tension_kpa),
-        ("the share of the height below which corners are pushed", r.from),
-    ];
-    if let SkinLaw::Power(law) = &o.law {
-        not_negative.extend([
-            ("the stiffness k₀ (N/mm)", law.stiffness_n_per_mm),
-            ("the exponent γ", law.exponent),
-            ("the reference length (mm)", law.reference_mm - f64::MIN_POSITIVE),
-        ]);
-    }
-    match not_negative.into_iter().find(|(_, value)| !(*value >= 0.0 && value.is_finite())) {
-        Some((what, value)) => Err(SystemError::Value { what, value, wanted: "0 or more" }),
-        None => Ok(()),
-    }
-}
 
 fn springs(springs: &Springs, options: &SystemOptions) -> Vec<Spring> {
     let (_, newton_per_kpa) = springs.constants();

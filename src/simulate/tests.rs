@@ -265,6 +265,32 @@ fn a_vanishing_denominator_is_halved_and_then_named() {
     assert!(matches!(failed.cause, Cause::Denominator { .. }), "{failed}");
 }
 
+/// A small change of the loads moves the equilibrium by what the tangent says: against the difference of two equilibria.
+#[test]
+fn the_tangent_tells_where_an_equilibrium_goes() {
+    for hold in [Hold::Skull, Hold::ANCHORS] {
+        let (_, mut system) = dome(9, SystemOptions { hold, ..SystemOptions::default() });
+        pulled(&mut system, 1e-3);
+        let mut solver = EquilibriumSolver::new(&system).unwrap();
+        solver.tolerance_mm = 1e-9;
+        let at = solver.solve(&system, system.rest()).positions;
+        let share = 3e-3;
+        let change: Vec<_> =
+            (0..system.len()).map(|i| Vector3::new((i as f64).sin(), 0.3, 0.1) * share * 1e-3).collect();
+        let mut moved = Vec::new();
+        assert!(solver.tangent(&system, &at).unwrap().moved(&change, &mut moved));
+        system.set_loads(system.loads().iter().zip(&change).map(|(a, b)| a + b).collect()).unwrap();
+        let there = solver.solve(&system, &at).positions;
+        let went = furthest(&at, &there);
+        let said: Vec<Point3<f64>> = at.iter().zip(&moved).map(|(p, d)| p + d).collect();
+        assert!(
+            went > 5e-5 && furthest(&said, &there) < 2e-3 * went,
+            "{hold:?}: {} of {went}",
+            furthest(&said, &there)
+        );
+    }
+}
+
 #[test]
 fn nonsense_is_refused_by_name() {
     let mesh = right_angled(3, 3, 4.0, 4.0);

@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 
 use super::integrator::Room;
-use super::newton::spring_stiffness;
+use super::skin_law;
 use super::system::{State, System};
 
 /// Sweeps over all vertices in a time step.
@@ -139,7 +139,8 @@ fn local(
         if length > 0.0 {
             force -= along * (tension / length);
         }
-        stiffness += spring_stiffness([u, tension, slope], system.options.law.toe(spring, scale), along);
+        let [sideways, lengthways] = skin_law::stiffness([u, tension, slope], system.toes[s as usize], length);
+        stiffness += along * along.transpose() * lengthways + Matrix3::from_diagonal_element(sideways);
     }
     if let Some(repulsion) = &system.options.repulsion {
         for &w in system.wedges_of(i) {
