@@ -815,6 +815,15 @@ fn simulate_writes_the_contract_on_the_generic_face() {
     assert!(command.starts_with("frontalis simulate --expression surprise --out "), "{command}");
     let words: Vec<&str> = command.split(' ').skip(1).collect();
     done(&words);
+
+    // A bare mesh does not resist bending: where it has buckled is said, and what to change.
+    let bare = ["--hold", "bare", "--intensity", "2", "--seconds", "0"];
+    let said = done(&[&["simulate", "--expression", "disgust", "--out", text(&out)][..], &bare].concat());
+    assert!(said.contains("bent by more than 60°") && said.contains("Let it slide on the skull"), "{said}");
+    let report: Value = serde_json::from_str(&fs::read_to_string(out.join("report.json")).unwrap()).unwrap();
+    let creases = report["creases"].as_array().unwrap();
+    assert!(creases.len() > 1 && creases.iter().all(|c| c["bent_deg"].as_f64().unwrap() > 60.0));
+    assert!(report["crease_advice"].as_str().unwrap().contains("buckled"));
 }
 
 #[test]

@@ -17,6 +17,7 @@ use crate::expression::{Basic, Expression, Holding, Player, Sample, Setup, Stage
 use crate::face::FaceModel;
 use crate::muscle::LawKind;
 use crate::pipeline::{self, Workspace};
+use crate::simulate::creases::{creases, in_words};
 use crate::simulate::{Equilibrium, Method};
 
 /// What `simulate` asks for.
@@ -250,12 +251,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(failure) = failure {
         return Err(CliError::Played { failure: Box::new(failure), out: arguments.out.clone() });
     }
-    say(&expression, &rest, &played, arguments);
+    say(&expression, &rest, &played);
+    let mesh = face.mesh();
+    if let Some([what, advice]) = in_words(mesh, &creases(mesh, &rest, &played.last), setup.holding.hold()) {
+        println!("warning: {what}. {advice}");
+    }
+    println!("written to {}", arguments.out.display());
     Ok(())
 }
 
 /// The result in a few lines.
-fn say(expression: &Expression, rest: &[Point3<f64>], played: &Played, arguments: &Arguments) {
+fn say(expression: &Expression, rest: &[Point3<f64>], played: &Played) {
     let moved = played.last.iter().zip(rest).map(|(x, x0)| (x - x0).norm()).enumerate();
     if let Some((vertex, mm)) = moved.max_by(|a, b| a.1.total_cmp(&b.1)) {
         println!("{}: vertex {vertex} moves farthest, {mm:.2} mm", expression.name);
@@ -266,5 +272,4 @@ fn say(expression: &Expression, rest: &[Point3<f64>], played: &Played, arguments
             println!("warning: {} triangles have turned over, first {}", e.folded.len(), e.folded[0]);
         }
     }
-    println!("written to {}", arguments.out.display());
 }

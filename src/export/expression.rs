@@ -15,6 +15,7 @@ use crate::draw::svg::SvgError;
 use crate::expression::player::Pace;
 use crate::expression::{Expression, Player, Sample, Setup, Shown};
 use crate::face::FaceModel;
+use crate::simulate::creases::{creases, in_words};
 use crate::simulate::{Equilibrium, Failure};
 
 /// Header of [`positions`].
@@ -162,6 +163,8 @@ struct Report<'a> {
     largest_force_n: f64,
     sum_of_forces_n: f64,
     folded_triangles: Vec<u32>,
+    creases: Vec<Crease>,
+    crease_advice: Option<String>,
     unknown_actuators: &'a [String],
     notes: &'a [String],
     failure: Option<Failed>,
@@ -212,6 +215,12 @@ struct Rest {
 }
 
 #[derive(Serialize)]
+struct Crease {
+    vertices: [u32; 2],
+    bent_deg: f64,
+}
+
+#[derive(Serialize)]
 struct Moved {
     vertex: usize,
     by_mm: [f64; 3],
@@ -246,6 +255,8 @@ pub fn report(run: &Run<'_>) -> Result<String, serde_json::Error> {
     let apart = |places: &[Point3<f64>]| places.iter().zip(run.last).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
     let played = run.seconds > 0.0 && run.failure.is_none();
     let areas = system.doubled_areas(run.last);
+    let mesh = run.face.mesh();
+    let creased = creases(mesh, rest, run.last);
     let report = Report {
         program: env!("CARGO_PKG_NAME"),
         version: env!("CARGO_PKG_VERSION"),
@@ -291,6 +302,11 @@ pub fn report(run: &Run<'_>) -> Result<String, serde_json::Error> {
         landmarks: run.face.landmarks().iter().map(|l| (l.id.as_str(), moved(l.vertex as usize))).collect(),
         largest_force_n: run.loads.iter().map(Vector3::norm).fold(0.0, f64::max),
         sum_of_forces_n: run.loads.iter().map(Vector3::norm).sum(),
+        crease_advice: in_words(mesh, &creased, options.hold).map(|[_, advice]| advice),
+        creases: creased
+            .iter()
+            .map(|(e, rad)| Crease { vertices: mesh.edges()[*e as usize], bent_deg: rad.to_degrees() })
+            .collect(),
         folded_triangles: areas.iter().enumerate().filter(|(_, a)| **a < 0.0).map(|(t, _)| t as u32).collect(),
         unknown_actuators: run.unknown,
         notes: &run.player.stage().actuators.notes,

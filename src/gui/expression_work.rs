@@ -8,13 +8,12 @@ use egui::TextureHandle;
 use nalgebra::{Point3, Vector3};
 
 use super::Stamp;
-use super::face_drawing::FaceDrawing;
-use super::face_drawing::openings::Openings;
+pub use super::expression_ready::Ready;
 use crate::draw::words::sentence;
 use crate::expression::player::Pace;
-use crate::expression::{Actuators, Expression, Player, Sample, Setup};
+use crate::expression::{Expression, Player, Setup};
 use crate::face::FaceModel;
-use crate::simulate::{Equilibrium, Failure};
+use crate::simulate::Equilibrium;
 
 /// Steps are taken between two frames of the window as long as that takes no longer than this; slower ones beside it.
 const IN_FRAME: Duration = Duration::from_millis(8);
@@ -22,8 +21,6 @@ const IN_FRAME: Duration = Duration::from_millis(8);
 const BESIDE: Duration = Duration::from_millis(60);
 /// Skin slower than this, with every activation where it is wanted, is at rest, mm/s.
 const AT_REST_MM_S: f64 = 0.2;
-/// An open mouth needs so much more room below the chin, mm.
-const JAW_ROOM_MM: f64 = 16.0;
 /// A skin of so many vertices or fewer settles between two frames; a larger one beside the window.
 const SETTLED_AT_ONCE: usize = 2000;
 
@@ -90,34 +87,6 @@ impl std::fmt::Debug for Prepared {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Prepared").field("vertices", &self.ready.rest.len()).finish_non_exhaustive()
     }
-}
-
-/// What is shown of the play, also while the player works beside the window.
-pub struct Ready {
-    /// The face.
-    pub face: Arc<FaceModel>,
-    /// Its vertices at rest, mm.
-    pub rest: Arc<Vec<Point3<f64>>>,
-    /// What pulls on it.
-    pub actuators: Arc<Actuators>,
-    /// The face, as it is now, ready for drawing.
-    pub drawing: FaceDrawing,
-    /// Its eyes and mouth.
-    pub openings: Openings,
-    /// Places now, mm.
-    pub positions: Vec<Point3<f64>>,
-    /// The muscles' pull now, N.
-    pub loads: Vec<Vector3<f64>>,
-    /// What was measured, oldest first.
-    pub samples: Vec<Sample>,
-    /// Why it stands still.
-    pub failure: Option<Failure>,
-    /// Triangles that have turned over.
-    pub folded: Vec<u32>,
-    /// Time since the start, s.
-    pub time_s: f64,
-    /// What it was built with.
-    pub setup: Setup,
 }
 
 /// Where the player is.
@@ -379,49 +348,5 @@ fn words_of(found: Result<Equilibrium, String>) -> String {
             let steps = if found.iterations == 1 { "step" } else { "steps" };
             format!("Settled: {ended} after {} {steps}, {:.1e} N left", found.iterations, found.residual_n)
         }
-    }
-}
-
-impl Ready {
-    pub(super) fn new(question: &Question, player: &Player) -> Self {
-        // What a view must fit is the face at rest, with room for a jaw that opens.
-        let at_rest = question.face.mesh().with_positions(question.rest.to_vec());
-        let drawing = at_rest.as_ref().map_or_else(|_| FaceDrawing::new(question.face.mesh()), FaceDrawing::new);
-        let drawing = drawing.with_room_below(JAW_ROOM_MM);
-        let mut ready = Self {
-            openings: Openings::of(&question.face, &question.rest),
-            face: Arc::clone(&question.face),
-            rest: Arc::clone(&question.rest),
-            actuators: Arc::new(player.stage().actuators.clone()),
-            drawing,
-            positions: Vec::new(),
-            loads: Vec::new(),
-            samples: Vec::new(),
-            failure: None,
-            folded: Vec::new(),
-            time_s: 0.0,
-            setup: question.setup,
-        };
-        ready.show(player);
-        ready
-    }
-
-    fn show(&mut self, player: &Player) {
-        let moved = self.positions != player.state().positions;
-        if moved {
-            self.positions.clone_from(&player.state().positions);
-            let finite = self.positions.iter().all(|p| p.coords.iter().all(|c| c.is_finite()));
-            // A state that failed may be no place to draw: the last good one stays.
-            if finite {
-                self.drawing.move_to(self.face.mesh(), &self.positions);
-            }
-            self.folded = player.folded();
-        }
-        self.loads.clear();
-        self.loads.extend_from_slice(player.loads());
-        self.samples.clear();
-        self.samples.extend(player.samples());
-        self.failure = player.failure().cloned();
-        self.time_s = player.time_s();
     }
 }

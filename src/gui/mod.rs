@@ -11,6 +11,7 @@ pub mod export_expression;
 pub mod export_results;
 mod expression_commands;
 mod expression_follow;
+pub mod expression_ready;
 pub mod expression_work;
 pub mod face_drawing;
 pub mod face_work;

@@ -2,6 +2,7 @@
 
 use nalgebra::Point3;
 
+use super::options::Hold;
 use crate::face::Mesh;
 use crate::face::mesh::{NONE, doubled_area_vector};
 
@@ -22,6 +23,27 @@ pub fn creases(mesh: &Mesh, rest: &[Point3<f64>], x: &[Point3<f64>]) -> Vec<(u32
         .collect();
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
     found
+}
+
+/// What creases there are, and what they mean and what to change; nothing without any.
+pub fn in_words(mesh: &Mesh, found: &[(u32, f64)], hold: Hold) -> Option<[String; 2]> {
+    let (worst, angle) = found.first()?;
+    let [a, b] = mesh.edges().get(*worst as usize)?;
+    let (bent, most) = (CREASE_RAD.to_degrees(), angle.to_degrees());
+    let what = match found.len() {
+        1 => format!("The edge between vertices {a} and {b} is bent by {most:.0}°"),
+        n => format!("{n} edges are bent by more than {bent:.0}°, most by {most:.0}°, between vertices {a} and {b}"),
+    };
+    let advice = match hold {
+        Hold::Bare => {
+            "The sheet has buckled: springs along edges do not resist bending. Let it slide on the skull, or anchor it."
+        }
+        Hold::Anchors(_) => "The skin has buckled between its anchors. Let it slide on the skull, or pull less.",
+        Hold::Skull => {
+            "The skin folds there more finely than the mesh can show. Pull less, open the jaw less, or take a finer mesh."
+        }
+    };
+    Some([what, advice.to_owned()])
 }
 
 /// Signed angle between the normals of an edge's triangles, rad: 0 where they are flat, positive in a valley.
@@ -57,7 +79,11 @@ mod tests {
         assert_eq!(found.len(), 1);
         assert!((found[0].1 - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
         assert!((angle(&mesh, found[0].0, &up).unwrap() - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+        let [what, advice] = in_words(&mesh, &found, Hold::Bare).unwrap();
+        assert_eq!(what, "The edge between vertices 0 and 1 is bent by 90°");
+        assert!(advice.contains("skull"));
         up[3] = Point3::new(0.9, 1.0, 0.4);
         assert!(creases(&mesh, &flat, &up).is_empty());
+        assert!(in_words(&mesh, &[], Hold::Skull).is_none());
     }
 }

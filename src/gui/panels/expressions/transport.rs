@@ -66,6 +66,13 @@ pub(super) fn show(
                 "The skin is folded there. A mesh without a skull does not resist bending: let it slide on the skull",
             );
         }
+        if let Some([what, advice]) = &ready.creased {
+            // Over the skull a crease is a fine fold; without one the sheet has buckled.
+            let skull = ready.setup.holding == crate::expression::Holding::Skull;
+            let text = RichText::new(what);
+            let text = if skull { text.weak() } else { text.color(p.warn) };
+            ui.add(egui::Label::new(text).truncate()).on_hover_text(advice);
+        }
         if let Some(words) = work.settled() {
             ui.add(egui::Label::new(RichText::new(words).weak()).truncate());
         }
