@@ -196,7 +196,9 @@ fn twin_writes_a_scene_of_known_truth_that_solves() {
     done(&["twin", "--out", text(&out), "--seed", "7", "--noise-px", "0"]);
     assert_eq!(names(&out), set(&["first.png", "last.png", "truth.csv", "truth.json", "twin.frontalis.json"]));
     let (header, truth) = table(&out.join("truth.csv"));
-    assert_eq!(header, "vertex,x0_mm,y0_mm,z0_mm,x1_mm,y1_mm,z1_mm,x0_px,y0_px,x1_px,y1_px,fx_N,fy_N,fz_N");
+    let columns =
+        "vertex,x0_mm,y0_mm,z0_mm,x1_mm,y1_mm,z1_mm,x0_px,y0_px,x1_px,y1_px,fx_N,fy_N,fz_N,area_mm2,mx_N,my_N,mz_N";
+    assert_eq!(header, columns);
     assert_eq!(truth.len(), 612);
     let facts: Value = serde_json::from_str(&fs::read_to_string(out.join("truth.json")).unwrap()).unwrap();
     assert_eq!(facts["seed"], 7);
@@ -229,6 +231,45 @@ fn twin_writes_a_scene_of_known_truth_that_solves() {
     let settings = &truth["settings"];
     assert!(settings["grid"] == false && settings["light_change"] == 0.2 && settings["head_turn_deg"] == 3.0);
     assert!(settings["head_shift_mm"] == 3.0 && settings["sensor_noise"] == 6.8, "{settings}");
+}
+
+/// An expression of a membrane: what is written balances, and the project's own springs do not give its forces even at the true places.
+#[test]
+fn twin_writes_an_expression_of_a_membrane() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("happy");
+    let asked =
+        ["--truth", "membrane", "--expression", "happy", "--intensity", "0.3", "--unmarked", "0.2", "--size", "300"];
+    done(&[&["twin", "--out", text(&out)][..], &asked].concat());
+    let (_, truth) = table(&out.join("truth.csv"));
+    assert_eq!(truth.len(), 612);
+    let sum = |at: usize| truth.iter().map(|r| point(r, at).coords).sum::<Vector3<f64>>().norm();
+    let lengths = |at: usize| truth.iter().map(|r| point(r, at).coords.norm()).sum::<f64>();
+    assert!(sum(11) < 1e-9 * lengths(11));
+    // Muscles 12, twice 2.7 N, and round the eyes and lips.
+    let facts: Value = serde_json::from_slice(&fs::read(out.join("truth.json")).unwrap()).unwrap();
+    let smile = facts["activations"]["zygomaticus_major_left"].as_f64().unwrap();
+    assert!(smile > 0.1 && lengths(15) > 2.0 * 2.7 * smile * 0.9, "{}", lengths(15));
+    assert!(truth.iter().map(|r| r.numbers[14]).sum::<f64>() > 1e4, "a face has more than 100 cm²");
+    assert_eq!(facts["membrane"]["folded_triangles"], 0);
+    let project = fs::read_to_string(out.join("twin.frontalis.json")).unwrap();
+    let project: Value = serde_json::from_str(&project).unwrap();
+    let marked = project["features"].as_object().unwrap().len();
+    assert!((450..540).contains(&marked), "about four fifths of 612: {marked}");
+    done(&["solve", text(&out.join("twin.frontalis.json")), "--out", text(&dir.path().join("solved"))]);
+    for (option, value, says) in [
+        ("--truth", "springs", "choose slide or membrane"),
+        ("--expression", "grin", "--expression is grin; choose one of brow_raise, surprise"),
+        ("--material", "rubber", "--material is rubber"),
+        ("--levels", "3", "--levels is 3"),
+        ("--intensity", "2", "--intensity is 2"),
+        ("--unmarked", "1", "--unmarked is 1"),
+    ] {
+        let words = ["twin", "--truth", "membrane", "--out", text(&out), option, value];
+        let words =
+            if option == "--truth" { ["twin", "--seed", "1", "--out", text(&out), option, value] } else { words };
+        assert!(refused(&words).contains(says), "{option} {value}");
+    }
 }
 
 /// The generic face out as OBJ and in again: the same landmarks, muscles and regions, and a fit to itself.

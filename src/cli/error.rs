@@ -38,6 +38,9 @@ pub enum CliError {
     /// A face that cannot be made to move.
     #[error(transparent)]
     Stage(#[from] crate::expression::StageError),
+    /// A scene of known truth that cannot be made.
+    #[error(transparent)]
+    Truth(#[from] crate::study::membrane_truth::TruthError),
     /// A play that failed; its files are written as far as it came.
     #[error("{failure} What it came to is in {}", .out.display())]
     Played {

@@ -67,7 +67,7 @@ pub struct Arguments {
 const MOST_STEPS: f64 = 1e6;
 
 /// The one of that name, or a line that lists the good ones.
-fn named<T: Copy>(option: &str, word: &str, all: &[T], name: impl Fn(T) -> String) -> Result<T, CliError> {
+pub(super) fn named<T: Copy>(option: &str, word: &str, all: &[T], name: impl Fn(T) -> String) -> Result<T, CliError> {
     let plain = word.to_lowercase().replace([' ', '-'], "_");
     all.iter().copied().find(|one| name(*one) == plain).ok_or_else(|| {
         let names: Vec<String> = all.iter().map(|one| name(*one)).collect();
@@ -75,7 +75,7 @@ fn named<T: Copy>(option: &str, word: &str, all: &[T], name: impl Fn(T) -> Strin
     })
 }
 
-fn within(option: &str, value: f64, [low, high]: [f64; 2]) -> Result<f64, CliError> {
+pub(super) fn within(option: &str, value: f64, [low, high]: [f64; 2]) -> Result<f64, CliError> {
     if (low..=high).contains(&value) {
         return Ok(value);
     }

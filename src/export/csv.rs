@@ -19,7 +19,8 @@ pub const FORCES_HEADER: &str = "vertex,x0_mm,y0_mm,z0_mm,x1_mm,y1_mm,z1_mm,fx_N
 pub const MARKS_HEADER: &str = "frame,id,name,x_px,y_px,state,sigma_px";
 
 /// Header of [`truth`].
-pub const TRUTH_HEADER: &str = "vertex,x0_mm,y0_mm,z0_mm,x1_mm,y1_mm,z1_mm,x0_px,y0_px,x1_px,y1_px,fx_N,fy_N,fz_N";
+pub const TRUTH_HEADER: &str =
+    "vertex,x0_mm,y0_mm,z0_mm,x1_mm,y1_mm,z1_mm,x0_px,y0_px,x1_px,y1_px,fx_N,fy_N,fz_N,area_mm2,mx_N,my_N,mz_N";
 
 /// Header of [`suggestions`].
 pub const SUGGESTIONS_HEADER: &str = "id,name,x_px,y_px,confidence,method,row,col";
@@ -116,8 +117,12 @@ pub struct TruthRow {
     pub first_in_image: Point2<f64>,
     /// Where the last frame shows it, px.
     pub last_in_image: Point2<f64>,
-    /// Force of the muscles, N.
+    /// What holds the skin in its shape, N.
     pub force: Vector3<f64>,
+    /// Area of skin at rest that the vertex stands for, mm²: force over area is a traction, 10⁶ N/m² a N/mm².
+    pub area_mm2: f64,
+    /// The muscles' part of the force, N, where it is known.
+    pub muscle: Option<Vector3<f64>>,
 }
 
 /// `truth.csv` of a twin: one row a vertex.
@@ -127,7 +132,8 @@ pub fn truth(rows: impl IntoIterator<Item = TruthRow>) -> String {
         let _ = write!(text, "{v}");
         numbers(&mut text, r.first.iter().chain(r.last.iter()).copied());
         numbers(&mut text, r.first_in_image.iter().chain(r.last_in_image.iter()).copied());
-        numbers(&mut text, r.force.iter().copied());
+        let muscle = r.muscle.unwrap_or_else(|| Vector3::repeat(f64::NAN));
+        numbers(&mut text, r.force.iter().copied().chain([r.area_mm2]).chain(muscle.iter().copied()));
         text.push('\n');
     }
     text

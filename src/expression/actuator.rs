@@ -130,10 +130,7 @@ impl Actuators {
         let carry = Carry::onto(face, rest).map_err(|missing| ActuatorError::Landmarks { missing })?;
         let normals = mesh.vertex_normals(rest);
         let skin = Skin { mesh, positions: rest, normals: &normals };
-        let mut notes = Vec::new();
-
-        let mut muscles = face.muscles().to_vec();
-        muscles.extend(added(face, rest, &normals, &carry, &mut notes));
+        let (muscles, mut notes) = with_added(face, rest, &normals, &carry);
         let mut all = Vec::new();
         for muscle in &muscles {
             all.push(fibre(skin, muscle, &muscles, law, settings)?);
@@ -143,6 +140,19 @@ impl Actuators {
         let (jaw, joined) = jaw::jaw(face, rest, &carry);
         notes.extend(joined);
         Ok(Self { all, jaw, held: held(face, rest), notes })
+    }
+
+    /// The muscles of a face and those that [`Self::of`] adds to it, bound to vertices.
+    ///
+    /// # Errors
+    /// As [`Self::of`] for landmarks and lengths.
+    pub fn muscles(face: &FaceModel, rest: &[Point3<f64>]) -> Result<Vec<Muscle>, ActuatorError> {
+        let mesh = face.mesh();
+        if rest.len() != mesh.len() {
+            return Err(ActuatorError::Length { found: rest.len(), vertices: mesh.len() });
+        }
+        let carry = Carry::onto(face, rest).map_err(|missing| ActuatorError::Landmarks { missing })?;
+        Ok(with_added(face, rest, &mesh.vertex_normals(rest), &carry).0)
     }
 
     /// The actuator of that name.
@@ -234,6 +244,18 @@ fn fibre(
 }
 
 const SIDES: [(Side, &str, f64); 2] = [(Side::Left, "left", 1.0), (Side::Right, "right", -1.0)];
+
+fn with_added(
+    face: &FaceModel,
+    rest: &[Point3<f64>],
+    normals: &[Vector3<f64>],
+    carry: &Carry,
+) -> (Vec<Muscle>, Vec<String>) {
+    let mut notes = Vec::new();
+    let mut muscles = face.muscles().to_vec();
+    muscles.extend(added(face, rest, normals, carry, &mut notes));
+    (muscles, notes)
+}
 
 /// Muscles that the six expressions need and the face does not have, bound to the vertices nearest to their places.
 fn added(

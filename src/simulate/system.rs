@@ -297,7 +297,7 @@ impl System {
     }
 
     /// Takes out of a vector what a vertex cannot follow.
-    pub(super) fn within(&self, i: usize, x: &Point3<f64>, v: Vector3<f64>) -> Vector3<f64> {
+    pub(crate) fn within(&self, i: usize, x: &Point3<f64>, v: Vector3<f64>) -> Vector3<f64> {
         if !self.free[i] {
             return Vector3::zeros();
         }

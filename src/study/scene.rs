@@ -32,6 +32,8 @@ const STILL_WITHIN_MM: f64 = 0.02;
 const REACH_MM: f64 = 12.0;
 /// Length of the two points that give the scale, mm.
 const RULER_MM: f64 = 50.0;
+/// A vertex of the rim whose normal leans farther from the camera is not seen: least z.
+const SEEN: f64 = 0.25;
 
 /// Why a person could not be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -68,23 +70,88 @@ pub fn person(generic: &FaceModel, seed: u64, distance_mm: f64) -> Result<FaceMo
     Ok(generic.with_positions(customized.positions)?)
 }
 
+/// What of a twin is marked in the last frame, and how its project is called.
+#[derive(Clone, Debug)]
+struct Scope {
+    /// Name of the project.
+    name: String,
+    /// What it says of itself.
+    notes: String,
+    /// Depth rule of the project.
+    depth: DepthRule,
+    /// Vertices that may be marked.
+    vertices: Vec<u32>,
+    /// Share of them that nobody marked, by chance; still points are marked always. 0 to 0.9.
+    unmarked: f64,
+    /// Vertices among which still points are looked for.
+    still: Vec<u32>,
+}
+
 /// The project of a twin: every landmark, the forehead, the brows and the still points marked at the truth plus the
 /// twin's noise, the true camera and scale, and the depth rule that is true of this scene.
 ///
 /// `sigma_px` is the marking error that the project states.
 pub fn project(twin: &Twin, face: &FaceModel, frames: [FrameRef; 2], sigma_px: f64) -> Project {
+    let scope = Scope {
+        name: format!("Brow raise of twin {}", twin.settings.seed),
+        notes:
+            "A rendered scene whose truth is known: the skin slides on the face, so depth is taken from its surface."
+                .to_owned(),
+        depth: DepthRule::SlideOnSurface,
+        vertices: MARKED.iter().flat_map(|r| face.region(r)).copied().collect(),
+        unmarked: 0.0,
+        still: face.region(STILL).to_vec(),
+    };
+    project_of(twin, face, frames, sigma_px, &scope)
+}
+
+/// The project of an expression of a membrane: the whole face marked but for a share, the corners of the eyes and what else the bones hold as still
+/// points, and the default depth rule, which knows nothing of the scene.
+pub fn membrane_project(
+    twin: &Twin,
+    face: &FaceModel,
+    frames: [FrameRef; 2],
+    sigma_px: f64,
+    name: &str,
+    unmarked: f64,
+) -> Project {
+    let mesh = face.mesh();
+    let normals = mesh.vertex_normals(mesh.positions());
+    let border = crate::simulate::rim(mesh, mesh.positions());
+    // Of the rim only what the camera sees.
+    let rim = (0..mesh.len()).filter(|&v| border[v] && normals[v].z > SEEN).map(|v| v as u32);
+    let scope = Scope {
+        name: format!("{name}, twin {}", twin.settings.seed),
+        notes: "A rendered scene whose truth is known: a finer mesh of membrane elements over the skull, pulled by \
+                muscles, in equilibrium. Its forces are not those of the project's springs."
+            .to_owned(),
+        depth: DepthRule::default(),
+        vertices: (0..mesh.len() as u32).collect(),
+        unmarked,
+        still: face.region(STILL).iter().copied().chain(rim).collect(),
+    };
+    project_of(twin, face, frames, sigma_px, &scope)
+}
+
+fn project_of(twin: &Twin, face: &FaceModel, frames: [FrameRef; 2], sigma_px: f64, scope: &Scope) -> Project {
     let [first_marks, last_marks] = twin.marks_in_image();
     let mark = |marks: &[Point2<f64>], v: u32| marks.get(v as usize).map(|p| Mark::new([p.x, p.y]));
     let landmarks = face.landmarks().iter().filter_map(|l| Some((l.id.clone(), mark(&first_marks, l.vertex)?)));
-    let still = twin.still(face.region(STILL), STILL_WITHIN_MM);
-    let marked = MARKED.iter().flat_map(|r| face.region(r)).map(|&v| {
+    let still = twin.still(&scope.still, STILL_WITHIN_MM);
+    let mut random = Pcg64::seed_from_u64(twin.settings.seed ^ 0x756e_6d61);
+    let mut features = std::collections::BTreeMap::new();
+    for &v in scope.vertices.iter().chain(&still) {
         let role = if still.contains(&v) { Role::Still } else { Role::Skin };
-        (v, Feature { first: None, last: mark(&last_marks, v), role })
-    });
+        // One draw a vertex, so that a larger share leaves out the same and more.
+        let left_out = random.random::<f64>() < scope.unmarked;
+        if role == Role::Still || !left_out {
+            features.insert(v, Feature { first: None, last: mark(&last_marks, v), role });
+        }
+    }
     let [first, last] = frames;
     let corner = [40.0, 40.0];
     Project {
-        name: format!("Brow raise of twin {}", twin.settings.seed),
+        name: scope.name.clone(),
         frames: FramePair { first: Some(first), last: Some(last) },
         camera: CameraSettings {
             distance_mm: twin.camera.z_prp_mm - twin.camera.z_vp_mm,
@@ -97,16 +164,14 @@ pub fn project(twin: &Twin, face: &FaceModel, frames: [FrameRef; 2], sigma_px: f
             mm: RULER_MM,
         },
         landmarks: landmarks.collect(),
-        features: marked.collect(),
+        features,
         settings: Settings {
-            depth: DepthRule::SlideOnSurface,
+            depth: scope.depth,
             unmarked: UnmarkedRule::Inferred { reach_mm: REACH_MM },
             marking_sigma_px: sigma_px,
             ..Settings::default()
         },
-        notes:
-            "A rendered scene whose truth is known: the skin slides on the face, so depth is taken from its surface."
-                .to_owned(),
+        notes: scope.notes.clone(),
         ..Project::default()
     }
 }

@@ -1,11 +1,12 @@
 //! The twin: a scene whose truth is known to the last digit, drawn as two photographs of a painted face.
 //!
-//! A prescribed brow raise slides the skin along the generic face, the head moves a little, a camera looks at both moments. The
+//! A prescribed brow raise slides the skin along the generic face (or every vertex goes to a place that is given), the head moves a little, a camera looks at both moments. The
 //! positions in millimetres and in pixels are the truth against which everything that the chain finds in the pictures is measured.
 
 mod brow_raise;
 mod crossings;
 mod head;
+mod motion;
 mod noise;
 mod paint;
 mod render;
@@ -18,11 +19,12 @@ use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{Camera, RigidMotion};
-use crate::face::FaceModel;
+use crate::face::{FaceModel, Mesh};
 pub use brow_raise::BrowRaise;
 pub use crossings::TrueCrossing;
+use motion::{Moment, Motion};
 pub(super) use noise::normal_pair;
-use surface::{OnSurface, Surface};
+use surface::Surface;
 
 /// The smallest turn of a head that was asked to keep still, degrees.
 const LEAST_TURN_DEG: f64 = 0.5;
@@ -118,6 +120,7 @@ pub struct Twin {
     pub first_in_image: Vec<Point2<f64>>,
     /// Each vertex in the picture of the last frame, with the motion of the head.
     pub last_in_image: Vec<Point2<f64>>,
+    motion: Motion,
 }
 
 impl Twin {
@@ -130,18 +133,26 @@ impl Twin {
     /// A setting outside its range.
     pub fn generate(face: &FaceModel, settings: &TwinSettings) -> Result<Self, TwinError> {
         settings.check()?;
-        let mesh = face.mesh();
-        let camera = camera_before(mesh.positions(), settings);
+        let surface = Surface::new(face.mesh());
+        let raise = Moment::Raise(BrowRaise { amplitude: settings.amplitude });
+        let last = (0..face.mesh().len()).map(|v| raise.vertex(&surface, v)).collect();
+        Ok(Self::of(face, last, settings, Motion::Raise))
+    }
+
+    /// A scene in which the expression takes every vertex to a given place (mm, one a vertex of the face), and the skin between as the triangles go.
+    ///
+    /// # Errors
+    /// A setting outside its range; the amplitude is not looked at.
+    pub fn displaced(face: &FaceModel, last: Vec<Point3<f64>>, settings: &TwinSettings) -> Result<Self, TwinError> {
+        settings.check()?;
+        Ok(Self::of(face, last, settings, Motion::Places))
+    }
+
+    fn of(face: &FaceModel, last: Vec<Point3<f64>>, settings: &TwinSettings, motion: Motion) -> Self {
+        let first = face.mesh().positions().to_vec();
+        let camera = camera_before(&first, settings);
         let head_motion = if settings.head_motion { head_motion(settings) } else { RigidMotion::default() };
-        let surface = Surface::new(mesh);
-        let raise = BrowRaise { amplitude: settings.amplitude };
-        let slide = |(v, &point): (usize, &Point3<f64>)| {
-            let from = OnSurface { point, normal: surface.normal(v) };
-            surface.slide(&from, &raise.displacement(&point.xy())).point
-        };
-        let first = mesh.positions().to_vec();
-        let last: Vec<_> = first.iter().enumerate().map(slide).collect();
-        Ok(Self {
+        Self {
             first_in_image: first.iter().map(|x| camera.image_from_face(x)).collect(),
             last_in_image: last.iter().map(|x| camera.image_from_face(&head_motion.last_from_first(x))).collect(),
             settings: settings.clone(),
@@ -149,7 +160,16 @@ impl Twin {
             head_motion,
             first,
             last,
-        })
+            motion,
+        }
+    }
+
+    /// The skin when a share of the expression is done.
+    fn skin_at(&self, mesh: &Mesh, share: f64) -> Moment {
+        match self.motion {
+            Motion::Raise => Moment::Raise(BrowRaise { amplitude: share * self.settings.amplitude }),
+            Motion::Places => Moment::places(mesh, &self.first, &self.last, share),
+        }
     }
 
     /// What a hand would mark in the first and the last frame: the true pixels with the settings' noise, each axis for itself.

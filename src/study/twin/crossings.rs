@@ -2,9 +2,9 @@
 
 use nalgebra::{Point2, Point3};
 
+use super::Twin;
 use super::render;
 use super::surface::Surface;
-use super::{BrowRaise, Twin};
 use crate::face::FaceModel;
 
 /// A crossing of the painted grid.
@@ -29,7 +29,7 @@ const AROUND_MM: f64 = 1.5;
 pub(super) fn of(twin: &Twin, face: &FaceModel) -> Vec<TrueCrossing> {
     let surface = Surface::new(face.mesh());
     let paint = render::paint(twin, face);
-    let raise = BrowRaise { amplitude: twin.settings.amplitude };
+    let moment = twin.skin_at(face.mesh(), 1.0);
     let pitch = twin.settings.grid_pitch_mm;
     let farthest = face.mesh().positions().iter().map(|p| p.x.abs().max(p.y.abs())).fold(0.0, f64::max);
     let most = (farthest / pitch).ceil() as i32;
@@ -42,7 +42,8 @@ pub(super) fn of(twin: &Twin, face: &FaceModel) -> Vec<TrueCrossing> {
         for column in -most..=most {
             let flat = Point2::new(f64::from(column) * pitch, f64::from(row) * pitch);
             // The surface nearest to the camera is the one that is seen.
-            let Some(first) = surface.over(&flat, 1e3) else { continue };
+            let Some(place) = surface.between(&flat, 1e3) else { continue };
+            let first = surface.at(&place);
             let around = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
             let whole = around.iter().all(|d| {
                 let beside = Point2::new(flat.x + d[0] * AROUND_MM, flat.y + d[1] * AROUND_MM);
@@ -52,7 +53,7 @@ pub(super) fn of(twin: &Twin, face: &FaceModel) -> Vec<TrueCrossing> {
             if !whole || first.normal.dot(&to_eye) < SEEN || hidden(&flat) {
                 continue;
             }
-            let last = surface.slide(&first, &raise.displacement(&flat)).point;
+            let last = moment.inside(&surface, &place).point;
             found.push(TrueCrossing {
                 column,
                 row,

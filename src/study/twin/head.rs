@@ -96,16 +96,16 @@ const SHOULDERS: ([f64; 3], [f64; 3]) = ([0.0, -228.0, -88.0], [215.0, 96.0, 80.
 const NECK: ([f64; 2], [f64; 2]) = ([0.0, -72.0], [53.0, 47.0]);
 
 impl Shape {
-    /// Everything of the head but the face's own skin.
-    pub(super) fn around(mesh: &Mesh, borders: &Borders) -> Self {
+    /// Everything of the head but the face's own skin, whose vertices are at `positions`.
+    pub(super) fn around(positions: &[Point3<f64>], borders: &Borders) -> Self {
         let mut shape = Self::default();
         for eye in &borders.eyes {
-            shape.fill(mesh, eye, Material::Eye, 2.4, 1.0);
+            shape.fill(positions, eye, Material::Eye, 2.4, 1.0);
         }
         if let Some(mouth) = &borders.mouth {
-            shape.fill(mesh, mouth, Material::Mouth, -1.0, 1.6);
+            shape.fill(positions, mouth, Material::Mouth, -1.0, 1.6);
         }
-        shape.turn_back(mesh, &borders.rim);
+        shape.turn_back(positions, &borders.rim);
         shape.ellipsoid(SKULL, Material::Hair);
         for side in [-1.0, 1.0] {
             let ([x, y, z], half) = EAR;
@@ -123,9 +123,9 @@ impl Shape {
     }
 
     /// A dome (mm high) that closes an opening, sunk behind its border.
-    fn fill(&mut self, mesh: &Mesh, border: &[usize], material: Material, dome_mm: f64, sunk_mm: f64) {
+    fn fill(&mut self, positions: &[Point3<f64>], border: &[usize], material: Material, dome_mm: f64, sunk_mm: f64) {
         const RINGS: usize = 10;
-        let line: Vec<Point3<f64>> = border.iter().map(|&v| mesh.positions()[v]).collect();
+        let line: Vec<Point3<f64>> = border.iter().map(|&v| positions[v]).collect();
         let centre = Point3::from(line.iter().map(|p| p.coords).sum::<Vector3<f64>>() / line.len().max(1) as f64);
         let half_width = line.iter().map(|p| (p.x - centre.x).abs()).fold(1.0, f64::max);
         let n = line.len() as u32;
@@ -150,14 +150,14 @@ impl Shape {
     }
 
     /// The skin of the jaw and the temples turns back behind the rim.
-    fn turn_back(&mut self, mesh: &Mesh, rim: &[usize]) {
+    fn turn_back(&mut self, positions: &[Point3<f64>], rim: &[usize]) {
         const STEPS: usize = 6;
         let n = rim.len() as u32;
         let first = self.corners.len() as u32;
         for step in 0..=STEPS {
             let t = step as f64 / STEPS as f64;
             for &v in rim {
-                let p = mesh.positions()[v];
+                let p = positions[v];
                 let inwards = 1.0 - 0.16 * t * t;
                 let at = Point3::new(p.x * inwards, p.y * (1.0 - 0.06 * t * t), p.z - 46.0 * t);
                 self.corner(at, Vector3::new(p.x, p.y + 10.0, 25.0 * (1.0 - t) - 10.0));

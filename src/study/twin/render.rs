@@ -6,10 +6,11 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::head::{Borders, Corner, Material, Shape};
+use super::motion::{Between, Moment};
 use super::noise::{layered, normal_pair, smooth};
 use super::paint::{Light, Paint, bounds, distance_to, fall, mix};
-use super::surface::{OnSurface, Surface};
-use super::{BrowRaise, Twin, TwinSettings};
+use super::surface::Surface;
+use super::{Twin, TwinSettings};
 use crate::camera::RigidMotion;
 use crate::draw::raster::{self, Colour, Hit, Raster};
 use crate::face::FaceModel;
@@ -31,34 +32,28 @@ pub(super) fn photographs(twin: &Twin, face: &FaceModel) -> [RgbImage; 2] {
     [(0.0, 0), (1.0, 1)].map(|(share, number)| studio.photograph(share, number))
 }
 
-/// Places and photograph when a share of the raise is done. Its camera noise is that of a frame of its own.
+/// Places and photograph when a share of the motion is done. Its camera noise is that of a frame of its own.
 pub(super) fn moment(twin: &Twin, face: &FaceModel, share: f64) -> (Vec<Point2<f64>>, RgbImage) {
     let studio = Studio::of(twin, face);
-    let raise = BrowRaise { amplitude: share * twin.settings.amplitude };
+    let skin = twin.skin_at(face.mesh(), share);
     let motion = twin.head_at(share);
-    let slide = |(v, &point): (usize, &Point3<f64>)| {
-        let from = OnSurface { point, normal: studio.surface.normal(v) };
-        let slid = studio.surface.slide(&from, &raise.displacement(&point.xy())).point;
-        twin.camera.image_from_face(&motion.last_from_first(&slid))
-    };
-    let places = face.mesh().positions().iter().enumerate().map(slide).collect();
+    let seen = |v| twin.camera.image_from_face(&motion.last_from_first(&skin.vertex(&studio.surface, v)));
+    let places = (0..face.mesh().len()).map(seen).collect();
     (places, studio.photograph(share, 2 + (share * 1e6) as u64))
 }
 
-/// The face's own skin, finely cut, after it slid.
-fn skin(face: &FaceModel, surface: &Surface, raise: BrowRaise) -> Shape {
+/// The face's own skin, finely cut, where it is at a moment.
+fn skin(face: &FaceModel, surface: &Surface, moment: &Moment) -> Shape {
     let mut shape = Shape::default();
     for t in face.mesh().triangles() {
         let t = t.map(|v| v as usize);
         let first = shape.corners.len() as u32;
         for row in 0..=CUTS {
             for k in 0..=row {
-                let w = [CUTS - row, row - k, k].map(|w| f64::from(w) / f64::from(CUTS));
-                let blend = |of: &dyn Fn(usize) -> Vector3<f64>| of(t[0]) * w[0] + of(t[1]) * w[1] + of(t[2]) * w[2];
-                let point = Point3::from(blend(&|v| face.mesh().positions()[v].coords));
-                let normal = blend(&|v| surface.normal(v)).try_normalize(1e-12).unwrap_or_else(Vector3::z);
-                let slid = surface.slide(&OnSurface { point, normal }, &raise.displacement(&point.xy()));
-                shape.corners.push(Corner { point: slid.point, normal: slid.normal, paint: point });
+                let weights = [CUTS - row, row - k, k].map(|w| f64::from(w) / f64::from(CUTS));
+                let place = Between { corners: t, weights };
+                let now = moment.inside(surface, &place);
+                shape.corners.push(Corner { point: now.point, normal: now.normal, paint: surface.at(&place).point });
             }
         }
         // Row r begins at corner r (r + 1) / 2.
@@ -89,6 +84,7 @@ struct Studio<'a> {
     face: &'a FaceModel,
     surface: Surface<'a>,
     around: Shape,
+    borders: Borders,
     paint: Paint,
     eyes: Vec<Vec<Point2<f64>>>,
 }
@@ -108,17 +104,22 @@ impl<'a> Studio<'a> {
             twin,
             face,
             surface: Surface::new(mesh),
-            around: Shape::around(mesh, &borders),
+            around: Shape::around(mesh.positions(), &borders),
             paint: paint(twin, face),
             eyes: borders.eyes.iter().map(|eye| Borders::flat(mesh, eye)).collect(),
+            borders,
         }
     }
 
-    /// The moment at which a share of the raise, of the head's motion and of the change of light is done.
+    /// The moment at which a share of the skin's motion, of the head's motion and of the change of light is done.
     fn photograph(&self, share: f64, number: u64) -> RgbImage {
-        let raise = BrowRaise { amplitude: share * self.twin.settings.amplitude };
-        let mut shape = skin(self.face, &self.surface, raise);
-        shape.append(&self.around);
+        let moment = self.twin.skin_at(self.face.mesh(), share);
+        let mut shape = skin(self.face, &self.surface, &moment);
+        match &moment {
+            Moment::Raise(_) => shape.append(&self.around),
+            // Eyes, mouth and the turn of the jaw begin at the skin as it is now.
+            Moment::Places { at, .. } => shape.append(&Shape::around(at, &self.borders)),
+        }
         // The very motion of the last frame, without a turn there and back through its axis.
         let motion = if share >= 1.0 { self.twin.head_motion } else { self.twin.head_at(share) };
         self.expose(&shape, &motion, &Lamps::of(&self.twin.settings, share), number)

@@ -2,6 +2,7 @@
 
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 
+use super::motion::Between;
 use crate::face::Mesh;
 
 /// Side of a cell of the look-up grid, mm: about half a triangle.
@@ -43,7 +44,7 @@ impl<'a> Surface<'a> {
         let mut surface = Self {
             positions,
             triangles: mesh.triangles(),
-            normals: smooth_normals(mesh),
+            normals: smooth_normals(mesh, positions),
             low: Point2::new(x, y),
             cell_mm,
             cells,
@@ -69,25 +70,29 @@ impl<'a> Surface<'a> {
         [0, 1].map(|axis| (place[axis].max(0.0) as usize).min(self.cells[axis] - 1))
     }
 
-    /// The smooth normal at a vertex.
-    pub(super) fn normal(&self, vertex: usize) -> Vector3<f64> {
-        self.normals[vertex]
+    /// A place between vertices, with its smooth normal.
+    pub(super) fn at(&self, place: &Between) -> OnSurface {
+        let normal = place.blend(|v| self.normals[v]);
+        OnSurface {
+            point: Point3::from(place.blend(|v| self.positions[v].coords)),
+            normal: normal.try_normalize(1e-12).unwrap_or_else(Vector3::z),
+        }
     }
 
-    /// The point of the surface over (x, y) whose depth is nearest to `z`; None beside the face or in an opening.
-    pub(super) fn over(&self, p: &Point2<f64>, z: f64) -> Option<OnSurface> {
+    /// The place of the surface over (x, y) whose depth is nearest to `z`; None beside the face or in an opening.
+    pub(super) fn between(&self, p: &Point2<f64>, z: f64) -> Option<Between> {
         let [column, row] = self.cell(p);
         let candidates = self.lists[row * self.cells[0] + column].iter().filter_map(|&i| {
-            let t = self.triangles[i as usize].map(|v| v as usize);
-            let w = weights(t.map(|v| self.positions[v].xy()), p)?;
-            let point = blend(w, t.map(|v| self.positions[v].coords));
-            let normal = blend(w, t.map(|v| self.normals[v]));
-            Some(OnSurface {
-                point: Point3::from(point),
-                normal: normal.try_normalize(1e-12).unwrap_or_else(Vector3::z),
-            })
+            let corners = self.triangles[i as usize].map(|v| v as usize);
+            Some(Between { corners, weights: weights(corners.map(|v| self.positions[v].xy()), p)? })
         });
-        candidates.min_by(|a, b| (a.point.z - z).abs().total_cmp(&(b.point.z - z).abs()))
+        let off = |place: &Between| (place.blend(|v| self.positions[v].coords).z - z).abs();
+        candidates.min_by(|a, b| off(a).total_cmp(&off(b)))
+    }
+
+    /// The same with its point and normal.
+    pub(super) fn over(&self, p: &Point2<f64>, z: f64) -> Option<OnSurface> {
+        self.between(p, z).map(|place| self.at(&place))
     }
 
     /// Where a point of the surface comes to lie when it slides by (Δx, Δy): over its new place, on the surface again.
@@ -115,8 +120,8 @@ impl<'a> Surface<'a> {
 }
 
 /// Vertex normals, averaged once with their neighbours: the facets of a coarse mesh then do not show in the light.
-fn smooth_normals(mesh: &Mesh) -> Vec<Vector3<f64>> {
-    let sharp = mesh.vertex_normals(mesh.positions());
+pub(super) fn smooth_normals(mesh: &Mesh, positions: &[Point3<f64>]) -> Vec<Vector3<f64>> {
+    let sharp = mesh.vertex_normals(positions);
     let averaged = |v: usize| {
         let around = mesh.neighbours(v);
         let sum: Vector3<f64> = around.iter().map(|&n| sharp[n as usize]).sum();
@@ -124,10 +129,6 @@ fn smooth_normals(mesh: &Mesh) -> Vec<Vector3<f64>> {
         mean.try_normalize(1e-12).unwrap_or(sharp[v])
     };
     (0..mesh.len()).map(averaged).collect()
-}
-
-fn blend(w: [f64; 3], corners: [Vector3<f64>; 3]) -> Vector3<f64> {
-    corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2]
 }
 
 /// Barycentric weights of a point inside a triangle of the plane (a hair of slack at the sides); None outside and for a sliver.

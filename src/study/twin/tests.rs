@@ -119,9 +119,42 @@ fn the_skin_that_is_drawn_is_the_skin_that_is_measured() {
     let surface = Surface::new(face.mesh());
     let raise = BrowRaise { amplitude: t.settings.amplitude };
     for (v, x0) in t.first.iter().enumerate() {
-        let from = OnSurface { point: *x0, normal: surface.normal(v) };
+        let from = surface.at(&motion::Between { corners: [v; 3], weights: [1.0, 0.0, 0.0] });
+        assert_eq!(from.point, *x0);
         assert!((surface.slide(&from, &raise.displacement(&x0.xy())).point - t.last[v]).norm() < 1e-12);
     }
+}
+
+/// Skin that goes where it is told: half way it is half way, triangles carry what is painted on them, and the crossings with them.
+#[test]
+fn skin_with_given_places_is_drawn_and_crossed_where_they_are() {
+    let face = generic();
+    let last: Vec<_> = face.mesh().positions().iter().map(|p| p + Vector3::new(0.05 * p.y, 0.0, 0.0)).collect();
+    let settings = TwinSettings { head_motion: false, ..small() };
+    let t = Twin::displaced(&face, last.clone(), &settings).unwrap();
+    assert_eq!((&t.last, t.camera), (&last, twin(&settings).camera));
+    let (half, _) = t.moment(&face, 0.5);
+    for (v, p) in half.iter().enumerate() {
+        let middle = t.camera.image_from_face(&nalgebra::center(&t.first[v], &t.last[v]));
+        assert!((p - middle).norm() < 1e-9);
+    }
+    // An affine motion takes a crossing where it takes its place in face space.
+    let crossings = t.crossings(&face);
+    assert!(crossings.len() > 50);
+    for c in &crossings {
+        let ray = t.camera.ray(&c.first_in_image);
+        let at = Surface::new(face.mesh()).over(&Point2::new(f64::from(c.column) * 8.0, f64::from(c.row) * 8.0), 1e3);
+        let at = at.unwrap().point;
+        assert!((ray.origin + ray.direction * ((at.z - ray.origin.z) / ray.direction.z) - at).norm() < 1e-9);
+        let there = t.camera.image_from_face(&(at + Vector3::new(0.05 * at.y, 0.0, 0.0)));
+        assert!((there - c.last_in_image).norm() < 1e-9);
+    }
+    // The same skin at rest is the same picture; moved, it is another.
+    let rest = Twin::displaced(&face, t.first.clone(), &settings).unwrap();
+    let [first, still] = rest.render(&face);
+    assert_eq!(first, still);
+    let [_, moved] = t.render(&face);
+    assert_ne!(first, moved);
 }
 
 /// Middle of a dark line across a row of pixels near x: the centre of gravity of what is darker than the skin beside it.
