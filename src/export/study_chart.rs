@@ -179,9 +179,7 @@ fn frame(out: &mut String, place: &Place, failures: bool) {
     }
     for power in place.y[0].log10().round() as i32..=place.y[1].log10().round() as i32 {
         let [_, y] = place.at(place.x[0], 10_f64.powi(power));
-        let percent = 10_f64.powi(power + 2);
-        let word =
-            if percent >= 1e-3 { format!("{percent} %") } else { format!("1e{} %", power + 2).replace('-', "−") };
+        let word = percent_words(power);
         let _ = write!(
             out,
             r##"<path d="M{left:.1} {y:.1}H{right:.1}" stroke="#e3e3e8"/><text x="{:.1}" y="{:.1}" text-anchor="end">{word}</text>"##,
@@ -212,8 +210,8 @@ fn frame(out: &mut String, place: &Place, failures: bool) {
     }
 }
 
-/// "1 ms", "10 µs".
-fn time_words(power: i32) -> String {
+/// "1 ms", "10 µs": a power of ten of milliseconds.
+pub fn time_words(power: i32) -> String {
     match power {
         ..=-7 => format!("1e{power} ms").replace('-', "−"),
         -6..=-4 => format!("{} ns", 10_f64.powi(power + 6)),
@@ -221,6 +219,12 @@ fn time_words(power: i32) -> String {
         0..=2 => format!("{} ms", 10_f64.powi(power)),
         _ => format!("{} s", 10_f64.powi(power - 3)),
     }
+}
+
+/// "10 %": a power of ten as a share.
+pub fn percent_words(power: i32) -> String {
+    let percent = 10_f64.powi(power + 2);
+    if percent >= 1e-3 { format!("{percent} %") } else { format!("1e{} %", power + 2).replace('-', "−") }
 }
 
 /// The line of a method over its sweep, with its points; failed ones hollow, in the band above where they have no error.

@@ -49,6 +49,8 @@ pub enum Action {
     WorkspaceMuscles,
     /// Show the workspace of the expressions.
     WorkspaceExpressions,
+    /// Show the workspace of the studies.
+    WorkspaceStudy,
     /// Show the workspace of the face model.
     WorkspaceFace,
     /// Open a mesh, to make a face model of it.
@@ -171,6 +173,18 @@ pub enum Action {
     SaveExpression,
     /// Write the play into a folder.
     ExportExpression,
+    /// Begin the study that is chosen, or go on with it.
+    StartStudy,
+    /// Begin it from nothing.
+    StartStudyAnew,
+    /// Stop the study under way.
+    StopStudy,
+    /// Open the table of a study.
+    OpenStudy,
+    /// Write the study into a folder.
+    ExportStudy,
+    /// Solve the project by the method that is picked.
+    ApplyStudy,
     /// Show the keys.
     Keys,
     /// Give other keys to commands.
@@ -241,6 +255,8 @@ pub enum Menu {
     Face,
     /// The selected point.
     Point,
+    /// Studies.
+    Study,
     /// Moving the selected point by keys; a part of the menu of the point.
     Nudge,
     /// Help.
@@ -249,8 +265,8 @@ pub enum Menu {
 
 impl Menu {
     /// The menus of the bar.
-    pub const BAR: [Self; 7] =
-        [Self::File, Self::Edit, Self::View, Self::Expression, Self::Face, Self::Point, Self::Help];
+    pub const BAR: [Self; 8] =
+        [Self::File, Self::Edit, Self::View, Self::Expression, Self::Face, Self::Study, Self::Point, Self::Help];
 
     /// Its title.
     pub fn title(self) -> &'static str {
@@ -260,6 +276,7 @@ impl Menu {
             Self::View => "View",
             Self::Expression => "Expression",
             Self::Face => "Model",
+            Self::Study => "Studies",
             Self::Point => "Point",
             Self::Nudge => "Nudge",
             Self::Help => "Help",
@@ -268,8 +285,17 @@ impl Menu {
 }
 
 /// The menus in the order of the key sheet: the first five in its first column.
-pub const SHEET: [Menu; 8] =
-    [Menu::File, Menu::Edit, Menu::View, Menu::Face, Menu::Help, Menu::Expression, Menu::Point, Menu::Nudge];
+pub const SHEET: [Menu; 9] = [
+    Menu::File,
+    Menu::Edit,
+    Menu::View,
+    Menu::Face,
+    Menu::Help,
+    Menu::Expression,
+    Menu::Study,
+    Menu::Point,
+    Menu::Nudge,
+];
 
 /// A key with what is held beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,6 +4,7 @@ use super::action::Action;
 use super::face_work::FaceWork;
 use super::panels::forces::Tab;
 use super::panels::frames::{Tool, guide, points};
+use super::study_work::StudyWork;
 use super::suggesting;
 use super::view_state::{ViewState, Workspace};
 use super::{Scene, guided, panels};
@@ -16,6 +17,7 @@ pub struct ActionState {
     undo: Option<String>,
     redo: Option<String>,
     face: bool,
+    study: StudyState,
     slot: bool,
     frames: bool,
     results: bool,
@@ -36,6 +38,27 @@ pub struct ActionState {
     still: usize,
     role: Option<Role>,
     switches: Switches,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct StudyState {
+    free: bool,
+    running: bool,
+    /// Whether there is a table that this program can draw.
+    table: bool,
+    /// Whether the method that is picked would change the project.
+    applicable: bool,
+}
+
+impl StudyState {
+    fn of(work: &StudyWork, scene: Scene<'_>) -> Self {
+        Self {
+            free: work.is_free(),
+            running: work.is_running(),
+            table: work.table().is_some_and(|t| t.kind.is_some() && !t.runs.is_empty()),
+            applicable: work.preview().is_some_and(|p| p.applied.settings != scene.project.settings),
+        }
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -64,7 +87,14 @@ struct Switches {
 
 impl ActionState {
     /// What can be done with this project, shown like this.
-    pub fn new(scene: Scene<'_>, history: &History, face: &FaceWork, view: &ViewState, dark: bool) -> Self {
+    pub fn new(
+        scene: Scene<'_>,
+        history: &History,
+        face: &FaceWork,
+        study: &StudyWork,
+        view: &ViewState,
+        dark: bool,
+    ) -> Self {
         let selected = view.focus.selected.clone();
         let state_of = |id: &PointId| edit::mark(scene.project, id).map(|m| m.state);
         let mark = selected.as_ref().and_then(state_of);
@@ -88,6 +118,7 @@ impl ActionState {
             undo,
             redo,
             face: face.open().is_some(),
+            study: StudyState::of(study, scene),
             slot: view.face.selected.is_some(),
             frames: scene.project.frames.first.is_some() || scene.project.frames.last.is_some(),
             fitted_face: view.expressions.base == super::expression_work::Base::Project,
@@ -114,7 +145,7 @@ impl ActionState {
                     Workspace::Forces => forces.options.markers,
                     Workspace::Muscles => view.muscles.show_muscles,
                     Workspace::Face => shown.marks,
-                    Workspace::Expressions => true,
+                    Workspace::Expressions | Workspace::Study => true,
                 },
                 names: if view.workspace == Workspace::Face { shown.names } else { f.show_names },
                 wireframe: match view.workspace {
@@ -123,6 +154,7 @@ impl ActionState {
                     Workspace::Muscles => view.muscles.options.wireframe,
                     Workspace::Face => shown.wireframe,
                     Workspace::Expressions => view.expressions.wireframe,
+                    Workspace::Study => true,
                 },
                 replay: f.replay.on,
                 region_only: f.wireframe.region_only,
@@ -157,6 +189,10 @@ impl ActionState {
                 self.switches.workspace == Workspace::Expressions
             }
             Action::ExportExpression => self.switches.workspace == Workspace::Expressions && self.export_chosen,
+            Action::StartStudy | Action::StartStudyAnew => self.study.free,
+            Action::StopStudy => self.study.running,
+            Action::ExportStudy => self.study.table,
+            Action::ApplyStudy => self.study.applicable && self.switches.workspace == Workspace::Study,
             Action::ClearLast | Action::Again | Action::Compare => self.last_marks,
             Action::ClearMark | Action::Lock | Action::Occluded => self.mark.is_some(),
             Action::Uncertain => self.in_doubt.is_some(),
@@ -186,6 +222,7 @@ impl ActionState {
             Action::WorkspaceExpressions => s.workspace == Workspace::Expressions,
             Action::Preset(basic) => s.basic == Some(basic),
             Action::WorkspaceFace => s.workspace == Workspace::Face,
+            Action::WorkspaceStudy => s.workspace == Workspace::Study,
             Action::ToolSelect => s.tool == Tool::Select,
             Action::ToolLandmarks => s.tool == Tool::Landmarks,
             Action::ToolFeatures => s.tool == Tool::Features,

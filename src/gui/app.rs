@@ -15,6 +15,7 @@ use super::new_frames::NewFrame;
 use super::panels::frames::points;
 use super::pictures::Pictures;
 use super::replay_work::ReplayWork;
+use super::study_work::StudyWork;
 use super::suggesting::{Status, Suggesting};
 use super::view_state::{NoticeKind, ViewState, Workspace};
 use super::{Command, Scene, Stamp, files, panels};
@@ -41,6 +42,7 @@ pub struct App {
     pub(super) muscle_work: MuscleWork,
     pub(super) expression_work: ExpressionWork,
     pub(super) replay_work: ReplayWork,
+    pub(super) study_work: StudyWork,
     pub(super) stamp: Stamp,
     pub(super) outcome: Outcome,
     pub(super) solver: Solver,
@@ -146,6 +148,7 @@ impl App {
             muscle_work: MuscleWork::default(),
             expression_work: ExpressionWork::default(),
             replay_work: ReplayWork::default(),
+            study_work: StudyWork::default(),
             stamp: Stamp::default(),
             document: OpenDocument::new(project, path, false),
             face,
@@ -320,6 +323,7 @@ impl App {
             muscle_work,
             expression_work,
             replay_work,
+            study_work,
             suggesting,
             solver,
             ..
@@ -343,6 +347,10 @@ impl App {
             Workspace::Expressions => {
                 let (view, focus) = (&mut view.expressions, &mut view.focus);
                 panels::expressions::show(ui, expression_work, in_first.as_deref(), view, focus, &state, commands);
+            }
+            Workspace::Study => {
+                let (view, focus) = (&mut view.study, &mut view.focus);
+                panels::study::show(ui, scene, study_work, view, focus, &state, commands);
             }
             Workspace::Face => panels::face::show(ui, face_work, &mut view.face, &state, commands),
             Workspace::Forces => panels::forces::show(ui, scene, &mut view.forces, &mut view.focus, commands),
@@ -428,7 +436,7 @@ impl App {
 
     pub(super) fn action_state(&self, ctx: &egui::Context) -> ActionState {
         let dark = ctx.theme() == egui::Theme::Dark;
-        ActionState::new(self.scene(), &self.document.history, &self.face_work, &self.view, dark)
+        ActionState::new(self.scene(), &self.document.history, &self.face_work, &self.study_work, &self.view, dark)
     }
 
     fn canvas_has_focus(&self, ctx: &egui::Context) -> bool {

@@ -41,6 +41,10 @@ pub enum Purpose {
     },
     /// A folder for a play.
     PlayFolder,
+    /// The table of a study.
+    OpenStudy,
+    /// A folder for a study.
+    StudyFolder,
     /// A mesh of another program.
     OpenMesh,
     /// A face model.
@@ -72,6 +76,8 @@ impl Purpose {
             Self::OpenExpression => "Open expression",
             Self::SaveExpression { .. } => "Save expression",
             Self::PlayFolder => "Choose a folder for the play",
+            Self::OpenStudy => "Open study",
+            Self::StudyFolder => "Choose a folder for the study",
             Self::OpenMesh => "Open mesh",
             Self::OpenFace => "Open face model",
             Self::SaveFace { .. } => "Save face model",
@@ -97,6 +103,8 @@ impl Purpose {
             Self::PlayFolder => {
                 "Type the path of the folder that the play is to be written into, as a folder of its own."
             }
+            Self::OpenStudy => "Type the path of the table of a study (CSV).",
+            Self::StudyFolder => "Type the path of the folder that the study is to be written to.",
             Self::OpenMesh => "Type the path of the mesh (OBJ, PLY or WFM), or drop it on the window.",
             Self::OpenFace => "Type the path of the face model, or drop it on the window.",
             Self::SaveFace { .. } => "Type the path of the file to save the face model to.",
@@ -110,6 +118,7 @@ impl Purpose {
             Self::OpenProject | Self::Compare => &["Project"],
             Self::SaveProject { .. } | Self::SaveFace { .. } | Self::SaveExpression { .. } => &["File"],
             Self::OpenExpression => &["Expression"],
+            Self::OpenStudy => &["Table"],
             Self::OpenMesh => &["Mesh"],
             Self::OpenFace => &["Face model"],
             Self::Frames => &["First frame", "Last frame"],
@@ -117,7 +126,9 @@ impl Purpose {
             Self::Frame(crate::project::Which::Last) => &["Last frame"],
             Self::Marks => &["Marks"],
             Self::Film => &["Film"],
-            Self::FrameFolder | Self::ExportFolder | Self::StillsFolder(_) | Self::PlayFolder => &["Folder"],
+            Self::FrameFolder | Self::ExportFolder | Self::StillsFolder(_) | Self::PlayFolder | Self::StudyFolder => {
+                &["Folder"]
+            }
         }
     }
 }
@@ -197,6 +208,7 @@ fn ask_and_send(purpose: &Purpose, sender: &Sender<Answer>, ctx: &egui::Context)
         Purpose::Frames => dialog.add_filter("Pictures", PICTURES).pick_files(),
         Purpose::Frame(_) => dialog.add_filter("Pictures", PICTURES).pick_file().map(|f| vec![f]),
         Purpose::OpenMesh => dialog.add_filter("Meshes", MESHES).pick_file().map(|f| vec![f]),
+        Purpose::OpenStudy => dialog.add_filter("Table of a study", &["csv"]).pick_file().map(|f| vec![f]),
         Purpose::OpenFace => dialog.add_filter("Face model", &["json"]).pick_file().map(|f| vec![f]),
         Purpose::SaveFace { suggested, .. } => {
             dialog.add_filter("Face model", &["json"]).set_file_name(suggested).save_file().map(|f| vec![f])
@@ -207,9 +219,11 @@ fn ask_and_send(purpose: &Purpose, sender: &Sender<Answer>, ctx: &egui::Context)
         }
         Purpose::Marks => dialog.add_filter("Marks", &["csv", "tps", "json"]).pick_file().map(|f| vec![f]),
         Purpose::Film => dialog.add_filter("Films", FILMS).add_filter("All files", &["*"]).pick_file().map(|f| vec![f]),
-        Purpose::FrameFolder | Purpose::ExportFolder | Purpose::StillsFolder(_) | Purpose::PlayFolder => {
-            dialog.pick_folder().map(|f| vec![f])
-        }
+        Purpose::FrameFolder
+        | Purpose::ExportFolder
+        | Purpose::StillsFolder(_)
+        | Purpose::PlayFolder
+        | Purpose::StudyFolder => dialog.pick_folder().map(|f| vec![f]),
     };
     let answer = match files {
         Some(files) => Answer::Files(files),

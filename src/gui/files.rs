@@ -166,6 +166,8 @@ impl App {
             Purpose::StillsFolder(stills) => self.write_stills(stills.clone(), first, ctx),
             Purpose::ExportFolder => self.export(first, ctx),
             Purpose::PlayFolder => self.export_expression(first, ctx),
+            Purpose::OpenStudy => self.open_study(&first),
+            Purpose::StudyFolder => self.export_study(first, ctx),
             Purpose::OpenExpression => self.open_expression(&first),
             Purpose::SaveExpression { .. } => self.save_expression(first, ctx),
         }

@@ -77,6 +77,8 @@ pub enum Finished {
     Stage(u64, Box<Result<Prepared, String>>),
     /// The frame of that hash, to be laid on the skin.
     Skin(String, Result<egui::ColorImage, String>),
+    /// A study came to its end, or could not go on: one line says why.
+    Study(Result<Vec<crate::study::Run>, String>),
     /// Results were written into this folder, or not.
     Exported(Result<PathBuf, String>),
     /// The work ended without an answer: what waited for it, and a line about it.
@@ -124,6 +126,8 @@ pub enum About {
     Expressions,
     /// The picture on its skin.
     Skin,
+    /// The study.
+    Study,
     /// The person.
     Person,
 }

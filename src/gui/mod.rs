@@ -34,6 +34,7 @@ pub mod replay_work;
 pub mod rescue;
 mod run_command;
 pub mod snapping;
+pub mod study_work;
 pub mod suggesting;
 pub mod texture;
 pub mod theme;

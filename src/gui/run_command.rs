@@ -132,6 +132,7 @@ impl App {
             About::Muscles => self.muscles_stopped(),
             About::Replay => self.replay_stopped(),
             About::Expressions => self.stage_stopped(),
+            About::Study => self.study_stopped(),
             About::Skin | About::Person => {}
         }
     }
@@ -171,6 +172,9 @@ impl App {
         if self.view.workspace == Workspace::Expressions && self.view.expressions.act(action) {
             return;
         }
+        if self.view.workspace == Workspace::Study && self.view.study.act(action) {
+            return;
+        }
         if self.view.workspace == Workspace::Face && self.act_on_face(action, ctx) {
             return;
         }
@@ -194,6 +198,13 @@ impl App {
             | Action::OpenExpression
             | Action::SaveExpression
             | Action::ExportExpression => self.act_on_expression(action, ctx),
+            Action::WorkspaceStudy => self.view.workspace = Workspace::Study,
+            Action::StartStudy => self.start_study(false, ctx),
+            Action::StartStudyAnew => self.start_study(true, ctx),
+            Action::StopStudy => self.stop_study(),
+            Action::OpenStudy => self.dialogs.ask(ctx, Purpose::OpenStudy),
+            Action::ExportStudy => self.dialogs.ask(ctx, Purpose::StudyFolder),
+            Action::ApplyStudy => self.apply_study(ctx),
             Action::WorkspaceFace => self.view.workspace = Workspace::Face,
             Action::WorkspaceMuscles => self.view.workspace = Workspace::Muscles,
             Action::New => self.unless_unsaved(After::New, ctx),
@@ -328,6 +339,8 @@ impl App {
         self.follow_muscles(ctx);
         self.follow_replay(ctx);
         self.follow_expressions(ctx);
+        self.follow_study();
+        self.follow_preview();
     }
 
     fn finish(&mut self, finished: Finished, ctx: &egui::Context) {
@@ -355,6 +368,7 @@ impl App {
             Finished::Film(looking, result) => self.film_looked_through(&looking, result),
             Finished::Marks(read) => self.marks_read(read),
             Finished::Stills(stills, result) => self.stills_written(stills, result, ctx),
+            Finished::Study(result) => self.study_finished(result, ctx),
             Finished::Exported(Ok(folder)) => {
                 self.tell(NoticeKind::Done, format!("The results are in {}.", folder.display()), ctx);
             }
@@ -363,7 +377,12 @@ impl App {
                 // Work on the suggestions is not begun again by itself, to break again.
                 if matches!(
                     about,
-                    About::Preparation(_) | About::Suggestions | About::Muscles | About::Replay | About::Expressions
+                    About::Preparation(_)
+                        | About::Suggestions
+                        | About::Muscles
+                        | About::Replay
+                        | About::Expressions
+                        | About::Study
                 ) {
                     self.give_up(about);
                 }

@@ -20,6 +20,8 @@ pub struct ViewState {
     pub muscles: panels::muscles::MusclesView,
     /// The workspace of the expressions.
     pub expressions: panels::expressions::ExpressionsView,
+    /// The workspace of the studies.
+    pub study: panels::study::StudyView,
     /// The workspace of the face.
     pub face: panels::face::FaceView,
     /// The dialog that is open.
@@ -46,6 +48,8 @@ pub enum Workspace {
     Expressions,
     /// The face model.
     Face,
+    /// The studies.
+    Study,
 }
 
 /// What is hovered and selected. A panel tells what lies under its pointer; every panel lights it up in the next pass.

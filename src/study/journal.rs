@@ -6,6 +6,7 @@ use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 use super::table::Run;
 
@@ -19,6 +20,20 @@ pub struct Heading {
     pub question: String,
     /// What decides its times: machine and build.
     pub machine: String,
+}
+
+impl Heading {
+    /// A name of a few letters that is the same for the same study alone.
+    pub fn short(&self) -> String {
+        let mut hash = Sha256::new();
+        for word in [&self.study, &self.question, &self.machine] {
+            hash.update(word.as_bytes());
+            hash.update([0]);
+        }
+        let digest = hash.finalize();
+        let letter = |half: u8| char::from_digit(u32::from(half), 16).unwrap_or('0');
+        digest.iter().take(6).flat_map(|b| [letter(b >> 4), letter(b & 15)]).collect()
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -193,6 +208,9 @@ mod tests {
             assert!(matches!(Journal::open(&path, &other), Err(JournalError::Other { .. })));
         }
         assert_eq!(fs::read(&path).unwrap(), before);
+        let mut other = heading();
+        other.question = "3 seed".into();
+        assert!(other.short() != heading().short() && heading().short().len() == 12);
         fs::write(&path, "my notes").unwrap();
         assert!(matches!(Journal::open(&path, &heading()), Err(JournalError::Other { .. })));
         assert_eq!(fs::read_to_string(&path).unwrap(), "my notes");

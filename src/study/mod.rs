@@ -4,6 +4,7 @@
 //! can be stopped at any moment, and goes on from its [`journal`]. [`points`] and [`cells`] are what charts show of a table.
 
 pub mod activation_trial;
+pub mod applied;
 pub mod artist;
 pub mod artist_laws;
 pub mod cells;

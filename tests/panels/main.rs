@@ -17,6 +17,7 @@ mod pictures;
 mod replay;
 mod snapping;
 mod stage;
+mod study;
 mod suggesting;
 mod table_of_actions;
 mod times;

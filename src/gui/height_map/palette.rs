@@ -84,7 +84,8 @@ impl Palette {
 
     /// The texture that is drawn from. Kept by the context until the palette changes.
     pub fn texture(&self, ctx: &egui::Context) -> TextureHandle {
-        let id = egui::Id::unique("height map palette");
+        // Two maps side by side may have a palette each.
+        let id = egui::Id::unique("height map palette").with(self.signed);
         if let Some((made_for, texture)) = ctx.data(|d| d.get_temp::<(Self, TextureHandle)>(id))
             && made_for == *self
         {

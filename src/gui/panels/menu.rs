@@ -43,6 +43,7 @@ pub fn show(
             (Workspace::Muscles, Action::WorkspaceMuscles),
             (Workspace::Expressions, Action::WorkspaceExpressions),
             (Workspace::Face, Action::WorkspaceFace),
+            (Workspace::Study, Action::WorkspaceStudy),
         ] {
             tab(ui, view.workspace == workspace, action, commands);
         }

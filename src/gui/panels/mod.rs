@@ -16,6 +16,7 @@ pub mod results;
 pub mod settings;
 pub mod skin_table;
 pub mod status;
+pub mod study;
 
 /// Shows contents in the width there is: what is wider is cut off instead of widening the panel, beside which panes would move.
 fn in_fixed_width(ui: &mut egui::Ui, contents: impl FnOnce(&mut egui::Ui)) {

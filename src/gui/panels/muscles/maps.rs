@@ -22,7 +22,7 @@ use crate::muscle_field::FibreOf;
 /// Room round a map, points: left, top, right, bottom.
 const MARGINS: [f32; 4] = [10.0, 30.0, 10.0, 12.0];
 /// Room for the bar of colours between the maps and the right side.
-pub(super) const BAR: f32 = 96.0;
+pub(in crate::gui::panels) const BAR: f32 = 96.0;
 /// Triangles and flat parts of a large face are drawn from levels whose edges are at least so long on the screen, points.
 const SHORTEST: [f64; 2] = [4.0, 8.0];
 /// A muscle is pointed at when the pointer comes so near to its fibre, points.
@@ -30,62 +30,67 @@ const REACH: f32 = 7.0;
 
 /// A muscle as it is drawn over the face.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Drawn {
+pub(in crate::gui::panels) struct Drawn {
     /// Index in the face's muscles.
-    pub(super) muscle: usize,
+    pub(in crate::gui::panels) muscle: usize,
     /// Share of the strongest activation, 0 to 1; none where it takes part in no fit.
-    pub(super) strength: Option<f64>,
+    pub(in crate::gui::panels) strength: Option<f64>,
 }
 
 /// One map.
-pub(super) struct Map<'a> {
+pub(in crate::gui::panels) struct Map<'a> {
     /// Above it.
-    pub(super) title: &'a str,
+    pub(in crate::gui::panels) title: &'a str,
     /// Its values.
-    pub(super) layer: &'a Layer,
+    pub(in crate::gui::panels) layer: &'a Layer,
 }
 
 /// What both maps share.
-pub(super) struct Shared<'a> {
-    pub(super) scene: Scene<'a>,
+pub(in crate::gui::panels) struct Shared<'a> {
+    pub(in crate::gui::panels) scene: Scene<'a>,
     /// The vertices from the eyes, mm.
-    pub(super) first: &'a [Point3<f64>],
-    pub(super) options: &'a MapOptions,
-    pub(super) range: ColourRange,
-    pub(super) mm_per_unit: f64,
+    pub(in crate::gui::panels) first: &'a [Point3<f64>],
+    pub(in crate::gui::panels) options: &'a MapOptions,
+    pub(in crate::gui::panels) range: ColourRange,
+    pub(in crate::gui::panels) mm_per_unit: f64,
     /// All muscles with a fibre.
-    pub(super) fibres: &'a [FibreOf],
+    pub(in crate::gui::panels) fibres: &'a [FibreOf],
     /// Those that are drawn.
-    pub(super) muscles: &'a [Drawn],
+    pub(in crate::gui::panels) muscles: &'a [Drawn],
     /// The muscle that is chosen.
-    pub(super) chosen: Option<usize>,
-    pub(super) selected: Option<usize>,
+    pub(in crate::gui::panels) chosen: Option<usize>,
+    pub(in crate::gui::panels) selected: Option<usize>,
 }
 
 /// What a pair of maps keeps from frame to frame.
 #[derive(Debug, Default)]
-pub(super) struct Kept {
+pub(in crate::gui::panels) struct Kept {
     levels: Option<(u64, Arc<Levels>)>,
 }
 
 /// What the pointer does on a map.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Pointed {
+pub(in crate::gui::panels) struct Pointed {
     /// The vertex under it.
-    pub(super) vertex: Option<usize>,
+    pub(in crate::gui::panels) vertex: Option<usize>,
     /// The muscle under it.
-    pub(super) muscle: Option<usize>,
+    pub(in crate::gui::panels) muscle: Option<usize>,
     /// Whether it was clicked.
-    pub(super) clicked: bool,
+    pub(in crate::gui::panels) clicked: bool,
+}
+
+/// How maps of the face are drawn at first: flat, in colours.
+pub(in crate::gui::panels) fn options() -> MapOptions {
+    MapOptions { relief: Relief::FaceColoured, markers: false, contours: false, axes: false, ..MapOptions::default() }
 }
 
 /// The view from which the maps are first seen.
-pub(super) fn home() -> OrbitView {
+pub(in crate::gui::panels) fn home() -> OrbitView {
     OrbitView::standard(StandardView::Front)
 }
 
 /// Draws one map into `canvas`; gives what the pointer means there, and the projection used.
-pub(super) fn show(
+pub(in crate::gui::panels) fn show(
     ui: &mut Ui,
     canvas: Rect,
     map: &Map<'_>,
@@ -231,7 +236,7 @@ impl Pen<'_> {
 }
 
 /// The bar of colours at the right of the maps, which holds for both.
-pub(super) fn bar(ui: &Ui, canvas: Rect, layer: &Layer, options: &MapOptions, range: ColourRange) {
+pub(in crate::gui::panels) fn bar(ui: &Ui, canvas: Rect, layer: &Layer, options: &MapOptions, range: ColourRange) {
     let inks = Inks::new(ui.visuals(), layer.signed);
     let painter = ui.painter_at(canvas);
     let strip = Rect::from_min_max(pos2(canvas.right() - BAR, canvas.top()), canvas.max);
@@ -240,7 +245,7 @@ pub(super) fn bar(ui: &Ui, canvas: Rect, layer: &Layer, options: &MapOptions, ra
 }
 
 /// The halves of a canvas, with a line between them.
-pub(super) fn halves(rect: Rect) -> [Rect; 2] {
+pub(in crate::gui::panels) fn halves(rect: Rect) -> [Rect; 2] {
     let middle = (rect.left() + (rect.width() - BAR) / 2.0).floor();
     let end = rect.right() - BAR;
     [

@@ -4,7 +4,7 @@ mod activations;
 mod card;
 mod ladder;
 mod laws;
-mod maps;
+pub(super) mod maps;
 mod profiles;
 mod smallest_set;
 mod table;
@@ -18,7 +18,7 @@ use nalgebra::Point3;
 use crate::draw::words::sentence;
 use crate::fit::activations::Standing;
 use crate::gui::action::Action;
-use crate::gui::height_map::{ColourRange, Exaggeration, Layer, MapOptions, RangeMode, Relief};
+use crate::gui::height_map::{ColourRange, Exaggeration, Layer, MapOptions, RangeMode};
 use crate::gui::muscle_work::MuscleWork;
 use crate::gui::orbit_view::{OrbitView, Projection};
 use crate::gui::panels::in_fixed_width;
@@ -56,13 +56,6 @@ pub struct MusclesView {
 
 impl Default for MusclesView {
     fn default() -> Self {
-        let options = MapOptions {
-            relief: Relief::FaceColoured,
-            markers: false,
-            contours: false,
-            axes: false,
-            ..MapOptions::default()
-        };
         Self {
             question: Question::default(),
             part: Part::default(),
@@ -71,7 +64,7 @@ impl Default for MusclesView {
             muscle: None,
             tab: Tab::default(),
             show_muscles: true,
-            options,
+            options: maps::options(),
             orbit: maps::home(),
             shown: None,
             kept: maps::Kept::default(),

@@ -1,0 +1,124 @@
+//! What a method of a study would change in a project: its choices for the chain, and a sentence that says so.
+
+use super::table::pairs;
+use crate::displacement::{DepthRule, UnmarkedRule};
+use crate::forces::SpringRule;
+use crate::project::Settings;
+
+/// A project's choices with a method of a study in place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Applied {
+    /// The choices.
+    pub settings: Settings,
+    /// What they change: "Depth: slide on surface (now frozen depth)."
+    pub words: String,
+}
+
+/// The choices of the chain that a method and its setting stand for; none where they are no choice of a project, as an integrator is none.
+///
+/// A choice is told by the method's name or by a pair of its setting: `depth`, `springs`, `unmarked`.
+pub fn applied(method: &str, setting: &str, now: &Settings) -> Option<Applied> {
+    let mut settings = now.clone();
+    let mut changes: Vec<(&str, String, String)> = Vec::new();
+    let mut known = false;
+    for choice in choices(method, setting) {
+        known = true;
+        let (what, old, new) = match choice {
+            Choice::Depth(rule) => {
+                let old = std::mem::replace(&mut settings.depth, rule);
+                ("Depth", depth_words(old), depth_words(rule))
+            }
+            Choice::Springs(rule) => {
+                let old = std::mem::replace(&mut settings.springs, rule);
+                ("Width of springs", springs_words(old), springs_words(rule))
+            }
+            Choice::Unmarked(rule) => {
+                let old = std::mem::replace(&mut settings.unmarked, rule);
+                ("Unmarked points", unmarked_words(old), unmarked_words(rule))
+            }
+        };
+        if old != new {
+            changes.push((what, old, new));
+        }
+    }
+    let words = if changes.is_empty() {
+        "The project is solved so already.".to_owned()
+    } else {
+        changes.iter().map(|(what, old, new)| format!("{what}: {new} (now {old}).")).collect::<Vec<_>>().join(" ")
+    };
+    known.then_some(Applied { settings, words })
+}
+
+enum Choice {
+    Depth(DepthRule),
+    Springs(SpringRule),
+    Unmarked(UnmarkedRule),
+}
+
+fn choices(method: &str, setting: &str) -> Vec<Choice> {
+    let within = |text: &str| {
+        let mm = text.trim().strip_suffix("mm")?.trim().parse::<f64>().ok()?;
+        (mm.is_finite() && mm > 0.0).then_some(Choice::Unmarked(UnmarkedRule::Inferred { reach_mm: mm }))
+    };
+    let by_name = match method {
+        "Frozen depth" => Some(Choice::Depth(DepthRule::FixedDepth)),
+        "Slide on surface" => Some(Choice::Depth(DepthRule::SlideOnSurface)),
+        "Held at rest" => Some(Choice::Unmarked(UnmarkedRule::Held)),
+        other => other.strip_prefix("Inferred within").and_then(within),
+    };
+    let by_pair = |(name, value): (&str, &str)| match (name, value) {
+        ("depth", "fixed" | "frozen") => Some(Choice::Depth(DepthRule::FixedDepth)),
+        ("depth", "slide") => Some(Choice::Depth(DepthRule::SlideOnSurface)),
+        ("springs", "strip") => Some(Choice::Springs(SpringRule::Strip)),
+        ("springs", "one for all" | "uniform") => Some(Choice::Springs(SpringRule::Uniform)),
+        ("unmarked", "held") => Some(Choice::Unmarked(UnmarkedRule::Held)),
+        ("unmarked", "inferred") => Some(Choice::Unmarked(UnmarkedRule::default())),
+        _ => None,
+    };
+    by_name.into_iter().chain(pairs(setting).into_iter().filter_map(by_pair)).collect()
+}
+
+fn depth_words(rule: DepthRule) -> String {
+    match rule {
+        DepthRule::FixedDepth => "frozen, as the thesis",
+        DepthRule::SlideOnSurface => "on the first frame's surface",
+    }
+    .to_owned()
+}
+
+fn springs_words(rule: SpringRule) -> String {
+    match rule {
+        SpringRule::Strip => "each its own strip of skin",
+        SpringRule::Uniform => "one for all, as the thesis",
+    }
+    .to_owned()
+}
+
+fn unmarked_words(rule: UnmarkedRule) -> String {
+    match rule {
+        UnmarkedRule::Inferred { reach_mm } => format!("filled in between marks within {reach_mm} mm"),
+        UnmarkedRule::Held => "held where they were, as the thesis".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_method_is_a_choice_by_its_name_or_its_setting_and_an_integrator_is_none() {
+        let now = Settings::default();
+        let slide = applied("Slide on surface", "distance_mm=300", &now).unwrap();
+        assert_eq!(slide.settings.depth, DepthRule::SlideOnSurface);
+        assert_eq!(slide.words, "Depth: on the first frame's surface (now frozen, as the thesis).");
+        let rest = Settings { depth: now.depth, ..slide.settings };
+        assert_eq!(rest, now);
+        let several = applied("Direct", "springs=one for all; unmarked=held", &now).unwrap();
+        assert_eq!((several.settings.springs, several.settings.unmarked), (SpringRule::Uniform, UnmarkedRule::Held));
+        let reach = applied("Inferred within 25 mm", "marked_percent=80", &now).unwrap();
+        assert_eq!(reach.settings.unmarked, UnmarkedRule::Inferred { reach_mm: 25.0 });
+        assert_eq!(applied("Frozen depth", "", &now).unwrap().words, "The project is solved so already.");
+        assert_eq!(applied("Implicit Euler", "step_ms=1; stiffness=1", &now), None);
+        assert_eq!(applied("Inferred within −3 mm", "", &now), None);
+    }
+}
