@@ -13,8 +13,8 @@ const MARGIN: f64 = 24.0;
 const INK: &str = "#26262c";
 const WEAK: &str = "#5a5a64";
 /// The colour of a cell that ends well.
-const WELL: &str = "#dfeee4";
-const NOT_RUN: &str = "#f2f2f5";
+const WELL: &str = "#e9edf2";
+const NOT_RUN: &str = "#ffffff";
 /// Height of a row, of what stands above a map, and of what stands below it.
 const ROW: f64 = 24.0;
 const ABOVE: f64 = 26.0;

@@ -24,10 +24,12 @@ pub(super) fn show(
 ) -> (Pointed, Option<(String, String)>) {
     let mut pointed = (Pointed::default(), None);
     let of_methods = maps.iter().any(|m| m.up == "method");
-    let least = if of_methods { 520.0 } else { 330.0 } * zoom;
     let room = ui.available_width();
+    // Larger on a large screen.
+    let zoom = zoom * (room / 1000.0).clamp(1.0, 2.0);
+    let least = if of_methods { 520.0 } else { 330.0 } * zoom;
     let columns = ((room / least).floor().max(1.0) as usize).min(maps.len().max(1)).min(3);
-    let width = (room / columns as f32).max(if zoom > 1.0 { least } else { 0.0 }) - 10.0;
+    let width = (room / columns as f32).max(least) - 10.0;
     egui::ScrollArea::both().id_salt("maps").auto_shrink(false).show(ui, |ui| {
         for row in maps.chunks(columns) {
             ui.horizontal_top(|ui| {
@@ -40,7 +42,7 @@ pub(super) fn show(
             });
             ui.add_space(8.0);
         }
-        legend(ui, causes);
+        legend(ui, maps, causes);
     });
     pointed
 }
@@ -53,17 +55,17 @@ fn one(
     zoom: f32,
     picked: Option<(&str, &str)>,
 ) -> (Pointed, Option<(String, String)>) {
-    let names = NAMES[usize::from(map.up != "method")];
+    let names = NAMES[usize::from(map.up != "method")] * zoom.clamp(1.0, 1.4);
     let row = ROW * zoom;
     let (n, m) = (map.columns.len().max(1), map.rows.len());
     let above = if map.method.is_empty() { 6.0 } else { 24.0 };
-    let size = vec2(width, above + row * m as f32 + 40.0);
+    let size = vec2(width, above + row * m as f32 + 46.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     let inks = Inks::new(ui.visuals(), false);
     let painter = ui.painter_at(rect);
     let cell = ((width - names - 6.0) / n as f32).min(WIDEST * zoom);
     let grid = Rect::from_min_size(rect.min + vec2(names, above), vec2(cell * n as f32, row * m as f32));
-    let font = FontId::proportional(11.5);
+    let font = FontId::proportional(11.5 * zoom.clamp(1.0, 1.4));
     if !map.method.is_empty() {
         let at = pos2(grid.left(), grid.top() - 5.0);
         painter.text(at, Align2::LEFT_BOTTOM, &map.method, FontId::proportional(13.0), inks.text);
@@ -91,7 +93,7 @@ fn one(
         let at = pos2(place(c, 0).center().x, grid.bottom() + 4.0);
         painter.text(at, Align2::CENTER_TOP, short(*value), font.clone(), inks.text);
     }
-    let below = pos2(grid.center().x, grid.bottom() + 20.0);
+    let below = pos2(grid.center().x, grid.bottom() + 24.0);
     painter.text(below, Align2::CENTER_TOP, words(&map.along), font.clone(), inks.weak_text);
     if map.up != "method" {
         // Reads upwards beside the numbers.
@@ -128,10 +130,10 @@ pub(super) fn said(cell: &Cell) -> String {
 
 fn paint(painter: &Painter, at: Rect, cell: Option<&Cell>, causes: &[String], inks: &Inks) {
     let dark = inks.canvas.r() < 100;
-    let well = if dark { Color32::from_rgb(38, 62, 50) } else { Color32::from_rgb(214, 234, 221) };
+    let well = if dark { Color32::from_rgb(46, 50, 57) } else { Color32::from_rgb(236, 239, 244) };
     let place = cell.and_then(|c| c.cause.as_ref()).and_then(|cause| causes.iter().position(|c| c == cause));
     let fill = match (cell, place) {
-        (None, _) => inks.unmeasured,
+        (None, _) => inks.canvas,
         (Some(_), None) => well,
         (Some(c), Some(k)) => {
             let strength = 0.3 + 0.4 * (1.0 - c.share() as f32);
@@ -167,19 +169,22 @@ fn limit(painter: &Painter, map: &Map, grid: Rect, row: f32, cell: f32, inks: &I
     }
 }
 
-fn legend(ui: &mut Ui, causes: &[String]) {
+/// The causes that these maps show, with the letters that they have in all.
+fn legend(ui: &mut Ui, maps: &[Map], causes: &[String]) {
     let dark = ui.visuals().dark_mode;
     ui.horizontal_wrapped(|ui| {
-        for (k, cause) in causes.iter().enumerate() {
+        let cells = || maps.iter().flat_map(|m| &m.cells).flatten();
+        let shown = |cause: &String| cells().any(|c| c.cause.as_ref() == Some(cause));
+        for (k, cause) in causes.iter().enumerate().filter(|(_, cause)| shown(cause)) {
             let (rect, _) = ui.allocate_exact_size(vec2(22.0, 16.0), Sense::hover());
             let inks = Inks::new(ui.visuals(), false);
             ui.painter().rect_filled(rect, 2.0, inks.canvas.lerp_to_gamma(colour(k, dark), 0.7));
             ui.painter().text(rect.center(), Align2::CENTER_CENTER, letter(k), FontId::proportional(11.5), inks.text);
-            ui.label(cause);
+            ui.add(egui::Label::new(cause).extend());
             ui.add_space(8.0);
         }
     });
-    ui.weak("Green: every seed ends well. A number beside a letter: the seeds that do. The dark line is the limit of theory, for small motions.");
+    ui.weak("No colour: every seed ends well. A number beside a letter: the seeds that do. The thick line is the limit of theory, for small motions.");
 }
 
 fn short(value: f64) -> String {

@@ -134,7 +134,8 @@ pub fn show(
         });
     });
     if let Some(preview) = work.preview() {
-        Panel::bottom("study preview").resizable(true).default_size(270.0).min_size(160.0).show(ui, |ui| {
+        let height = (0.4 * ui.available_height()).max(220.0);
+        Panel::bottom("study preview").resizable(true).default_size(height).min_size(160.0).show(ui, |ui| {
             card::maps(ui, scene, preview, view, focus);
         });
     }
