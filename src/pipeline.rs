@@ -11,7 +11,7 @@ mod stages;
 #[cfg(test)]
 mod tests;
 
-pub use outcome::{ForceField, LandmarkFit, Outcome, Warning};
+pub use outcome::{ForceField, LandmarkFit, Outcome, Smoothing, Warning};
 pub use peak::Peak;
 
 use nalgebra::{Point2, Point3, Vector3};
@@ -19,11 +19,12 @@ use nalgebra::{Point2, Point3, Vector3};
 use crate::camera::{Camera, HeadMotion};
 use crate::customize::{Customized, LandmarkTarget};
 use crate::displacement::fill_in::Weights;
+use crate::displacement::regularised::Plate;
 use crate::displacement::{UnmarkedRule, VertexState};
 use crate::face::FaceModel;
 use crate::forces::{self, Springs};
 use crate::project::Project;
-use crate::project::document::Settings;
+use crate::project::document::{FieldWay, Settings};
 
 /// Results of stages kept from the last run, each with what it was made from. Only speed depends on them.
 #[derive(Debug, Default)]
@@ -32,6 +33,7 @@ pub struct Workspace {
     customized: Option<Kept<CustomizeInput, Customized>>,
     springs: Option<Kept<SpringsInput, Springs>>,
     fill: Option<Kept<FillInput, Fill>>,
+    plate: Option<Kept<PlateInput, Option<Plate>>>,
 }
 
 impl Workspace {
@@ -66,6 +68,14 @@ struct FillInput {
     first: Vec<Point3<f64>>,
     states: Vec<VertexState>,
     rule: UnmarkedRule,
+}
+
+#[derive(Debug, PartialEq)]
+struct PlateInput {
+    first: Vec<Point3<f64>>,
+    vertices: Vec<u32>,
+    sigma_px: Vec<f64>,
+    inferred: Vec<u32>,
 }
 
 /// States after inference, and how unmarked vertices follow the others.
@@ -114,6 +124,22 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
         kept(&mut workspace.fill, FillInput { first: first.clone(), states, rule: settings.unmarked }, |input| {
             stages::fill(mesh, input)
         });
+    let smooth = match settings.field {
+        FieldWay::Direct => None,
+        FieldWay::Regularised { weight } => {
+            let input = stages::plate_input(project, mesh, &first, &fill.states, &marked);
+            let plate = kept(&mut workspace.plate, input, |input| {
+                Plate::new(mesh, &input.first, &input.vertices, &input.sigma_px, &input.inferred)
+            });
+            plate.as_ref().map(|p| stages::smooth(p, weight, &marked, &first, &camera, &head.motion))
+        }
+    };
+    let (marked, measured) = match &smooth {
+        None => (&marked, measured),
+        Some(smooth) => {
+            (&smooth.marked, stages::place(&smooth.marked, &camera, &head.motion, mesh, &first, settings.depth))
+        }
+    };
     let displaced = stages::displaced(&first, &measured, fill);
     let last_in_image = stages::seen_in_last_frame(&displaced, &camera, &head.motion);
     let last_in_image = if still.is_empty() || head.still_points > 0 || !settings.remove_head_motion {
@@ -122,7 +148,7 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
         // Too few still points to remove the head's motion from data, and enough to predict with: otherwise each would drag
         // the skin around it along, and the third would let every prediction jump.
         let likely = crate::camera::head_motion::most_likely(&camera, &still).motion;
-        let measured = stages::place(&marked, &camera, &likely, mesh, &first, settings.depth);
+        let measured = stages::place(marked, &camera, &likely, mesh, &first, settings.depth);
         stages::seen_in_last_frame(&stages::displaced(&first, &measured, fill), &camera, &likely)
     };
 
@@ -133,9 +159,24 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
     );
     let active: Vec<bool> = fill.states.iter().map(|s| s.is_known()).collect();
     let mut field = force_field(face, springs, settings, &first, &displaced, &active);
-    let influence = stages::influence(project, &camera, &head, &measured, &first, fill);
-    forces::standard_errors(springs, &settings.skin, &displaced, Some(&active), &influence, &mut field.sigma);
-    let other = stages::place(&marked, &camera, &head.motion, mesh, &first, settings.depth.other());
+    match &smooth {
+        None => {
+            let influence = stages::influence(project, &camera, &head, &measured, &first, fill);
+            forces::standard_errors(springs, &settings.skin, &displaced, Some(&active), &influence, &mut field.sigma);
+        }
+        Some(smooth) => {
+            let spread = stages::spread(smooth, &camera, &head, &measured, &first);
+            forces::standard_errors_of_spread(
+                springs,
+                &settings.skin,
+                &displaced,
+                Some(&active),
+                &spread,
+                &mut field.sigma,
+            );
+        }
+    }
+    let other = stages::place(marked, &camera, &head.motion, mesh, &first, settings.depth.other());
     let mut other_force = Vec::new();
     let other_displaced = stages::displaced(&first, &other, fill);
     forces::muscle_forces(springs, &settings.skin, &other_displaced, Some(&active), &mut other_force);
@@ -155,6 +196,7 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
         last: displaced,
         last_in_image,
         field,
+        smoothing: smooth.map(|s| Smoothing { weighed: s.smoothed.weighed, curve: s.curve, marks: s.marked.len() }),
         warnings,
     };
     stages::warn(project, &mut outcome, mesh);

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 pub mod depth;
 pub mod fill_in;
+pub mod regularised;
 
 /// How deep a point of the last frame lies on its ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]

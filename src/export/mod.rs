@@ -91,6 +91,7 @@ pub(crate) fn scene_of_one_triangle() -> (crate::project::Project, crate::face::
             folded: Vec::new(),
         },
         first,
+        smoothing: None,
         warnings: Vec::new(),
     };
     (project, face, outcome)

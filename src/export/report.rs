@@ -50,6 +50,7 @@ struct Report<'a> {
     peak: Option<PeakReport>,
     peak_in_words: String,
     median_force_over_sigma: Option<f64>,
+    smoothing: Option<SmoothingReport>,
     self_check: SelfCheck,
     outside_skin_table: Vec<usize>,
     folded_triangles: Folded<'a>,
@@ -65,6 +66,13 @@ struct Face<'a> {
     source: &'a FaceSource,
     vertices: usize,
     triangles: usize,
+}
+
+#[derive(Serialize)]
+struct SmoothingReport {
+    distance_from_marks_sigma: f64,
+    freedoms: f64,
+    vertices: usize,
 }
 
 #[derive(Serialize)]
@@ -165,6 +173,11 @@ pub fn report(project: &Project, face: &FaceModel, outcome: &Outcome, circumstan
         peak: peak(outcome),
         peak_in_words: outcome.peak().in_words(outcome.unit()),
         median_force_over_sigma: outcome.median_over_error(),
+        smoothing: outcome.smoothing.as_ref().map(|s| SmoothingReport {
+            distance_from_marks_sigma: s.weighed.residual,
+            freedoms: s.weighed.freedoms,
+            vertices: s.marks,
+        }),
         self_check: self_check(outcome),
         outside_skin_table: places(&outcome.field.outside_table),
         folded_triangles: Folded { first_frame: &outcome.fit.folded, last_frame: &outcome.field.folded },

@@ -8,4 +8,7 @@ pub mod uncertainty;
 pub use force_field::{internal_sum, muscle_forces, outside_table, split, strains};
 pub use springs::{SpringRule, Springs};
 pub use stiffness::Stiffness;
-pub use uncertainty::{Common, Influence, MarkInfluence, force_jacobian_blocks, standard_errors};
+pub use uncertainty::{
+    Common, Influence, MarkInfluence, SpreadInfluence, force_jacobian_blocks, standard_errors,
+    standard_errors_of_spread,
+};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Matrix3, Matrix3x2, Matrix3x6, Matrix6, Matrix6x2, Point3};
+use nalgebra::{DMatrix, Matrix3, Matrix3x2, Matrix3x6, Matrix6, Matrix6x2, Point3, Vector2, Vector3};
 use rayon::prelude::*;
 
 use super::Springs;
@@ -138,6 +138,73 @@ pub fn standard_errors(
     );
 }
 
+/// Positions whose errors go together, each along its own slope:
+///
+/// δx_j = S_j (d_j + Σ_k g_kj e_k) + C_j θ,   e_k ~ N(0, I),   θ ~ N(0, Σ)
+///
+/// as smoothing leaves them.
+#[derive(Clone, Debug)]
+pub struct SpreadInfluence<'a> {
+    /// S: how each position follows its place in the picture, mm per px; zero where a vertex does not move.
+    pub slope_mm_per_px: Vec<Matrix3x2<f64>>,
+    /// Which column of `spread_px` is a vertex's own, if any.
+    pub column: Vec<Option<u32>>,
+    /// g: a row a cause, a column a place, px.
+    pub spread_px: &'a DMatrix<f64>,
+    /// d: how far each place is known to be off, px.
+    pub off_px: &'a [Vector2<f64>],
+    /// What all vertices share, independent of the e_k: the head's motion.
+    pub common: Option<Common>,
+}
+
+/// Standard error of the force on every vertex, N, as [`standard_errors`], for positions whose errors go together:
+///
+/// σ_i² = Σ_jl ⟨A_ij S_j, A_il S_l⟩ (g_j · g_l) + |Σ_j A_ij S_j d_j|² + tr(D Σ Dᵀ),   A_ii = Σ_e B_e,  A_ij = −B_e
+pub fn standard_errors_of_spread(
+    springs: &Springs,
+    curve: &StressStrainCurve,
+    positions: &[Point3<f64>],
+    active: Option<&[bool]>,
+    influence: &SpreadInfluence<'_>,
+    out: &mut Vec<f64>,
+) {
+    let blocks = force_jacobian_blocks(springs, curve, positions, active);
+    let variance = |i: usize| {
+        let mut own = Matrix3::zeros();
+        let mut shared = Matrix3x6::zeros();
+        let mut parts: Vec<(Matrix3x2<f64>, u32)> = Vec::new();
+        for &e in springs.springs_of_vertex(i) {
+            let b = &blocks[e as usize];
+            let [p, q] = springs.edges()[e as usize];
+            let j = if p as usize == i { q } else { p } as usize;
+            own += b;
+            if let Some(column) = influence.column[j] {
+                parts.push((-b * influence.slope_mm_per_px[j], column));
+            }
+            if let Some(common) = &influence.common {
+                shared += b * (common.slopes[i] - common.slopes[j]);
+            }
+        }
+        if let Some(column) = influence.column[i] {
+            parts.push((own * influence.slope_mm_per_px[i], column));
+        }
+        let mut variance =
+            influence.common.as_ref().map_or(0.0, |c| (shared * c.covariance * shared.transpose()).trace());
+        let off: Vector3<f64> = parts.iter().map(|(a, p)| a * influence.off_px[*p as usize]).sum();
+        variance += off.norm_squared();
+        for (k, (a, p)) in parts.iter().enumerate() {
+            let g = influence.spread_px.column(*p as usize);
+            variance += a.norm_squared() * g.norm_squared();
+            for (b, q) in &parts[..k] {
+                variance += 2.0 * a.dot(b) * g.dot(&influence.spread_px.column(*q as usize));
+            }
+        }
+        variance.max(0.0)
+    };
+    out.resize(springs.vertices(), 0.0);
+    out.par_iter_mut().enumerate().with_min_len(PARALLEL_FROM / 4).for_each(|(i, sigma)| *sigma = variance(i).sqrt());
+}
+
 /// The sum Σ_e B_e (w_im − w_jm) of every mark that touches one vertex; memory used again for the next.
 struct Gathered {
     /// Where a mark's sum is in `sums`, plus 1; 0 for a mark not met.
@@ -196,7 +263,7 @@ mod tests {
     use super::*;
     use crate::face::patches::{Noise, shaken, triangular};
     use crate::forces::{SpringRule, muscle_forces};
-    use nalgebra::{Vector2, Vector3, Vector6};
+    use nalgebra::Vector6;
 
     fn forces(springs: &Springs, curve: &StressStrainCurve, x: &[Point3<f64>], active: &[bool]) -> Vec<Vector3<f64>> {
         let mut out = Vec::new();
@@ -261,6 +328,51 @@ mod tests {
         assert!((springs.rest_length_mm()[0] - l).abs() < 1e-12);
         let closed = 24.0_f64.sqrt() * k * sigma * 0.25;
         assert!((sigma_n[inner] - closed).abs() < 1e-6 * closed, "{} {closed}", sigma_n[inner]);
+    }
+
+    /// Errors that are all each vertex's own are those of marks; what is known to be off adds its own force.
+    #[test]
+    fn a_spread_without_ties_is_that_of_the_marks() {
+        let mesh = triangular(6, 6, 8.0);
+        let (n, curve) = (mesh.len(), StressStrainCurve::default());
+        let springs = Springs::new(&mesh, mesh.positions(), SpringRule::Strip, 1.5);
+        let x = shaken(mesh.positions(), 0.6, 3);
+        let slope_of = |i: usize| Matrix3x2::new(0.25, 0.0, 0.0, 0.26, 0.01 * i as f64, 0.1);
+        let sigma_px: Vec<f64> = (0..n).map(|i| 0.2 + 0.05 * (i % 5) as f64).collect();
+        let marks = MarkInfluence {
+            weights: Influence::from_rows((0..n as u32).map(|i| [(i, 1.0)])),
+            slope_mm_per_px: (0..n).map(slope_of).collect(),
+            sigma_px: sigma_px.clone(),
+            common: None,
+        };
+        let mut of_marks = Vec::new();
+        standard_errors(&springs, &curve, &x, None, &marks, &mut of_marks);
+        let spread_px = DMatrix::from_diagonal(&nalgebra::DVector::from_vec(sigma_px));
+        let mut off_px = vec![Vector2::zeros(); n];
+        let of_spread = |off_px: &[Vector2<f64>]| {
+            let influence = SpreadInfluence {
+                slope_mm_per_px: (0..n).map(slope_of).collect(),
+                column: (0..n as u32).map(Some).collect(),
+                spread_px: &spread_px,
+                off_px,
+                common: None,
+            };
+            let mut out = Vec::new();
+            standard_errors_of_spread(&springs, &curve, &x, None, &influence, &mut out);
+            out
+        };
+        for (a, b) in of_marks.iter().zip(of_spread(&off_px)) {
+            assert!((a - b).abs() < 1e-12 * a.max(1e-3), "{a} {b}");
+        }
+        // One vertex off by d: the force there changes by ΣB S d, to first order.
+        let (v, d) = (14, Vector2::new(1e-4, -2e-4));
+        off_px[v] = d;
+        let mut moved = x.clone();
+        moved[v] += slope_of(v) * d;
+        let active = vec![true; n];
+        let change = (forces(&springs, &curve, &moved, &active)[v] - forces(&springs, &curve, &x, &active)[v]).norm();
+        let added = (of_spread(&off_px)[v].powi(2) - of_marks[v].powi(2)).sqrt();
+        assert!((added - change).abs() < 1e-3 * change, "{added} {change}");
     }
 
     /// Two thousand draws of the marks' and the head's errors, through the nonlinear field.

@@ -6,6 +6,7 @@ use nalgebra::{Point2, Point3, Vector3};
 
 use crate::camera::{Camera, HeadMotion};
 use crate::displacement::VertexState;
+use crate::displacement::regularised::Weighed;
 use crate::face::FaceModel;
 use crate::project::{PointId, Project};
 
@@ -34,8 +35,21 @@ pub struct Outcome {
     pub last_in_image: Vec<Point2<f64>>,
     /// The force field.
     pub field: ForceField,
+    /// How smooth the motion was made; absent where the marks were taken as they are.
+    pub smoothing: Option<Smoothing>,
     /// What the user should know, gravest first.
     pub warnings: Vec<Warning>,
+}
+
+/// How smooth the motion of the skin was made. [`crate::displacement::regularised`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Smoothing {
+    /// The weight taken.
+    pub weighed: Weighed,
+    /// The L-curve: what other weights would do.
+    pub curve: Vec<Weighed>,
+    /// Vertices whose motion was made smooth.
+    pub marks: usize,
 }
 
 /// The fit of the landmarks.

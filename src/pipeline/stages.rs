@@ -1,19 +1,20 @@
 //! The small steps between the stages: from marks to targets, from placed points to positions, and what to warn of.
 
-use nalgebra::{Matrix3x2, Matrix3x6, Point2, Point3};
+use nalgebra::{Matrix3x2, Matrix3x6, Point2, Point3, Vector2};
 
 use super::peak::STANDS_ABOVE;
-use super::{CustomizeInput, Fill, FillInput, LandmarkFit, Outcome, Warning};
+use super::{CustomizeInput, Fill, FillInput, LandmarkFit, Outcome, PlateInput, Warning};
 use crate::camera::head_motion::FEWEST_STILL_POINTS;
 use crate::camera::head_motion::motion_slope;
 use crate::camera::{Camera, HeadMotion, RigidMotion, StillPoint};
 use crate::customize::{self, Customized, LandmarkTarget};
 use crate::displacement::depth::{self, Placed};
 use crate::displacement::fill_in::{self, Weights};
+use crate::displacement::regularised::{Plate, Smoothed, Weighed, WeightRule};
 use crate::displacement::{DepthRule, UnmarkedRule, VertexState};
 use crate::face::mesh::{NONE, doubled_area_vector};
 use crate::face::{FaceModel, Mesh};
-use crate::forces::{Common, Influence, MarkInfluence};
+use crate::forces::{Common, Influence, MarkInfluence, SpreadInfluence};
 use crate::project::{Mark, Project, Role, faults};
 
 /// Landmark ids of the inner eye corners, which set the scale.
@@ -182,6 +183,100 @@ pub(super) fn marked(project: &Project, vertices: usize, warnings: &mut Vec<Warn
     marked
 }
 
+/// The motion of the skin made smooth: how, and the marks as they are then.
+pub(super) struct Smooth {
+    /// The marks, and the inferred vertices as if marked.
+    pub marked: Vec<Marked>,
+    /// The motion in the picture, with its spread.
+    pub smoothed: Smoothed,
+    /// Vertices of its columns.
+    pub places: Vec<u32>,
+    /// Its L-curve.
+    pub curve: Vec<Weighed>,
+}
+
+/// What a plate is laid over.
+pub(super) fn plate_input(
+    project: &Project,
+    mesh: &Mesh,
+    first: &[Point3<f64>],
+    states: &[VertexState],
+    marked: &[Marked],
+) -> PlateInput {
+    let least = marked.iter().map(|m| m.sigma_px).fold(f64::INFINITY, f64::min);
+    let mut known: Vec<(u32, f64)> = marked.iter().map(|m| (m.vertex, m.sigma_px)).collect();
+    // Vertices that stay on their bone count as marks that hardly err, where they lie beside moving skin.
+    let moves = |v: usize| matches!(states[v], VertexState::Measured | VertexState::Inferred);
+    let held = |v: &usize| states[*v] == VertexState::Fixed && mesh.neighbours(*v).iter().any(|&j| moves(j as usize));
+    if project.settings.unmarked != UnmarkedRule::Held {
+        known.extend((0..states.len()).filter(held).map(|v| (v as u32, 0.1 * least)));
+    }
+    known.sort_by_key(|k| k.0);
+    known.dedup_by_key(|k| k.0);
+    let inferred = (0..states.len()).filter(|v| states[*v] == VertexState::Inferred).map(|v| v as u32).collect();
+    let (vertices, sigma_px) = known.into_iter().unzip();
+    PlateInput { first: first.to_vec(), vertices, sigma_px, inferred }
+}
+
+/// Marks made smooth on a plate: their motion in the picture beyond that of the head.
+pub(super) fn smooth(
+    plate: &Plate,
+    rule: WeightRule,
+    marked: &[Marked],
+    first: &[Point3<f64>],
+    camera: &Camera,
+    motion: &RigidMotion,
+) -> Smooth {
+    let still = |v: u32| camera.image_from_face(&motion.last_from_first(&first[v as usize]));
+    let of = |v: &u32| {
+        let mark = marked.binary_search_by_key(v, |m| m.vertex).ok().map(|k| marked[k].at_in_image);
+        mark.map_or(Vector2::zeros(), |at| at - still(*v))
+    };
+    let motion_px: Vec<Vector2<f64>> = plate.marked().iter().map(of).collect();
+    let smoothed = plate.smooth(&motion_px, rule);
+    let at = |(&vertex, u): (&u32, &Vector2<f64>)| Marked { vertex, at_in_image: still(vertex) + u, sigma_px: 0.0 };
+    Smooth {
+        marked: plate.places().iter().zip(&smoothed.motion_px).map(at).collect(),
+        curve: plate.l_curve(&motion_px),
+        places: plate.places().to_vec(),
+        smoothed,
+    }
+}
+
+/// How every vertex errs after smoothing.
+pub(super) fn spread<'a>(
+    smooth: &'a Smooth,
+    camera: &Camera,
+    head: &HeadMotion,
+    measured: &[Measured],
+    first: &[Point3<f64>],
+) -> SpreadInfluence<'a> {
+    let mut slope_mm_per_px = vec![Matrix3x2::zeros(); first.len()];
+    let mut column = vec![None; first.len()];
+    for (k, &v) in smooth.places.iter().enumerate() {
+        column[v as usize] = Some(k as u32);
+    }
+    let mut shared = vec![Matrix3x6::zeros(); first.len()];
+    for m in measured {
+        slope_mm_per_px[m.vertex as usize] = m.placed.slope_mm_per_px;
+        shared[m.vertex as usize] = follows_head(m, camera, head);
+    }
+    let common = (head.still_points > 0).then(|| Common {
+        slopes: shared,
+        covariance: head.covariance,
+        follows: std::collections::BTreeMap::new(),
+    });
+    let smoothed = &smooth.smoothed;
+    SpreadInfluence { slope_mm_per_px, column, spread_px: &smoothed.spread_px, off_px: &smoothed.off_px, common }
+}
+
+/// A small further motion of the head moves the picture of a placed point; what follows is the mark's own slope times that, backwards.
+fn follows_head(m: &Measured, camera: &Camera, head: &HeadMotion) -> Matrix3x6<f64> {
+    let there = head.motion.last_from_first(&m.placed.position);
+    let in_picture = camera.image_slope(&there) * motion_slope(&head.motion, &m.placed.position);
+    -(m.placed.slope_mm_per_px * in_picture)
+}
+
 /// A mark brought back to the head as it stood in the first frame.
 pub(super) struct Measured {
     vertex: u32,
@@ -250,12 +345,14 @@ pub(super) fn fill(mesh: &Mesh, input: &FillInput) -> Fill {
 /// Positions in the last frame, head motion removed: measured, held, filled in, and predicted for drawing.
 pub(super) fn displaced(first: &[Point3<f64>], measured: &[Measured], fill: &Fill) -> Vec<Point3<f64>> {
     let mut last = first.to_vec();
+    let mut placed = vec![false; first.len()];
     for m in measured {
         last[m.vertex as usize] = m.placed.position;
+        placed[m.vertex as usize] = true;
     }
     // Inferred vertices follow measured ones; predictions follow both, so they come second.
     for weights in [&fill.inferred, &fill.predicted] {
-        for (i, row) in weights.rows.iter().enumerate().filter(|(_, row)| !row.is_empty()) {
+        for (i, row) in weights.rows.iter().enumerate().filter(|(i, row)| !placed[*i] && !row.is_empty()) {
             let moved = row.iter().map(|&(j, w)| (last[j as usize] - first[j as usize]) * w);
             last[i] = first[i] + moved.sum::<nalgebra::Vector3<f64>>();
         }
@@ -292,14 +389,7 @@ pub(super) fn influence(
     // Marks without error leave none in the head's motion.
     let still: Vec<(usize, &Mark)> = still_marks(project, first.len()).collect();
     let common = (head.still_points > 0 && still.iter().any(|(_, m)| project.sigma_px(m) > 0.0)).then(|| {
-        // A small further motion of the head moves the picture of every placed point; what follows is the mark's own slope
-        // times that, backwards.
-        let own = |m: &Measured| -> Matrix3x6<f64> {
-            let there = head.motion.last_from_first(&m.placed.position);
-            let in_picture = camera.image_slope(&there) * motion_slope(&head.motion, &m.placed.position);
-            -(m.placed.slope_mm_per_px * in_picture)
-        };
-        let of_mark: Vec<Matrix3x6<f64>> = measured.iter().map(own).collect();
+        let of_mark: Vec<Matrix3x6<f64>> = measured.iter().map(|m| follows_head(m, camera, head)).collect();
         let mut of_vertex = vec![Matrix3x6::zeros(); first.len()];
         for (slope, row) in of_vertex.iter_mut().zip(rows()) {
             *slope += row.map(|(k, w)| of_mark[k as usize] * w).sum::<Matrix3x6<f64>>();

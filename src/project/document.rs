@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::camera::Scale;
 use crate::customize::CustomizeSettings;
+use crate::displacement::regularised::WeightRule;
 use crate::displacement::{DepthRule, UnmarkedRule};
 use crate::forces::SpringRule;
 use crate::skin::StressStrainCurve;
@@ -180,6 +181,54 @@ pub enum Role {
     Fixed,
 }
 
+/// How the field of forces is found from the marks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(tag = "way", rename_all = "snake_case", deny_unknown_fields)]
+pub enum FieldWay {
+    /// F = −K X at the marks as they are. Thesis (4.5).
+    #[default]
+    Direct,
+    /// F = −K X at the smoothest motion of the skin that the marks allow within their error.
+    Regularised {
+        /// How smooth that is.
+        #[serde(default)]
+        weight: WeightRule,
+    },
+}
+
+impl FieldWay {
+    /// All, each with its own defaults, the thesis's first.
+    pub const ALL: [Self; 2] = [Self::Direct, Self::Regularised { weight: WeightRule::Discrepancy }];
+
+    /// Word of files and the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Direct => "direct",
+            Self::Regularised { .. } => "regularised",
+        }
+    }
+
+    /// Name for people.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Direct => "Direct",
+            Self::Regularised { .. } => "Regularised",
+        }
+    }
+
+    /// What it means, in a sentence.
+    pub fn hint(self) -> &'static str {
+        match self {
+            Self::Direct => {
+                "F = −K X at the marks as they are (thesis): exact for exact marks, and it magnifies their error most"
+            }
+            Self::Regularised { .. } => {
+                "F = −K X at the smoothest motion of the skin that the marks allow within their stated error"
+            }
+        }
+    }
+}
+
 /// Choices for the stages of the chain; every one has a default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -190,6 +239,8 @@ pub struct Settings {
     pub depth: DepthRule,
     /// What becomes of vertices that nobody marked.
     pub unmarked: UnmarkedRule,
+    /// How forces are found from the marks.
+    pub field: FieldWay,
     /// The skin's stress–strain curve.
     pub skin: StressStrainCurve,
     /// Thickness of the skin, mm. Default 1.5, from the histology and ultrasound of facial skin (total 1.2–2.0 mm).
@@ -208,6 +259,7 @@ impl Default for Settings {
             customize: CustomizeSettings::default(),
             depth: DepthRule::default(),
             unmarked: UnmarkedRule::default(),
+            field: FieldWay::default(),
             skin: StressStrainCurve::default(),
             skin_thickness_mm: 1.5,
             springs: SpringRule::default(),

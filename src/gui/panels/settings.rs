@@ -11,6 +11,8 @@ use crate::forces::SpringRule;
 use crate::gui::{Command, Scene};
 use crate::project::{CameraSettings, Edit, Settings};
 
+mod field_way;
+
 /// What is being typed into the settings.
 #[derive(Debug, Default)]
 pub struct SettingsView {
@@ -31,6 +33,7 @@ fn sections(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut FramesView, commands
     section(ui, "Camera", true, |ui| camera(ui, scene, commands));
     section(ui, "Landmark fit", false, |ui| fit(ui, scene, commands));
     section(ui, "Displacement", true, |ui| displacement(ui, scene, commands));
+    section(ui, "Way to the forces", true, |ui| field_way::show(ui, scene, commands));
     section(ui, "Skin", false, |ui| skin(ui, scene, &mut view.settings.skin, commands));
     section(ui, "Marking error", true, |ui| marking(ui, scene, commands));
 }

@@ -1,0 +1,106 @@
+//! How the forces are found from the marks: the choice of the way, how smooth it is, and the L-curve behind that.
+
+use egui::{RichText, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2, vec2};
+
+use super::rules;
+use crate::displacement::regularised::{Weighed, WeightRule};
+use crate::gui::{Command, Scene};
+use crate::pipeline::Smoothing;
+use crate::project::FieldWay;
+
+/// Height of the L-curve, points.
+const HEIGHT: f32 = 120.0;
+/// Decades below the largest value that the curve shows.
+const DECADES: f64 = 3.0;
+
+pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
+    let settings = &scene.project.settings;
+    // The ways by name: choosing the one that is on keeps its own choices.
+    let ways: Vec<(&str, &str, &str)> = FieldWay::ALL.iter().map(|w| (w.name(), w.label(), w.hint())).collect();
+    rules(ui, settings, settings.field.name(), &ways, commands, |s, name| {
+        if let Some(way) = FieldWay::ALL.into_iter().find(|w| w.name() == name && s.field.name() != name) {
+            s.field = way;
+        }
+    });
+    let FieldWay::Regularised { weight } = settings.field else { return };
+    ui.add_space(4.0);
+    ui.label("How smooth");
+    let weights = WeightRule::ALL.map(|w| (w, w.label(), hint(w)));
+    rules(ui, settings, weight, &weights, commands, |s, weight| s.field = FieldWay::Regularised { weight });
+    ui.add_space(4.0);
+    if let Some(smoothing) = &scene.outcome.smoothing {
+        said(ui, smoothing);
+        l_curve(ui, smoothing);
+    } else {
+        let few = crate::displacement::regularised::FEWEST_MARKS;
+        ui.label(RichText::new(format!("Needs {few} marks in the last frame; until then the field is direct.")).weak());
+    }
+}
+
+fn hint(rule: WeightRule) -> &'static str {
+    match rule {
+        WeightRule::Discrepancy => {
+            "As smooth as it can be while it misses the marks by no more than their stated error. Gave the smallest errors of the force"
+        }
+        WeightRule::Evidence => {
+            "The smoothness under which these marks with their stated error were the most likely. Keeps more detail"
+        }
+        WeightRule::CrossValidation => {
+            "The smoothness that foretells a left out mark best. Asks for no stated error; now and then takes noise for motion"
+        }
+    }
+}
+
+fn said(ui: &mut Ui, smoothing: &Smoothing) {
+    let w = smoothing.weighed;
+    let text = format!(
+        "Misses the marks by {:.2} of their stated error and keeps {:.0} of {} degrees of freedom.",
+        w.residual, w.freedoms, smoothing.marks
+    );
+    ui.label(RichText::new(text).weak());
+}
+
+/// Bending against distance from the marks, both on logarithmic axes; the weight taken is the dot.
+fn l_curve(ui: &mut Ui, smoothing: &Smoothing) {
+    let (response, painter) = ui.allocate_painter(vec2(ui.available_width(), HEIGHT), Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "L-curve of the smoothing"));
+    let visuals = ui.visuals();
+    let (ink, faint) = (visuals.text_color(), visuals.weak_text_color());
+    let font = egui::TextStyle::Small.resolve(ui.style());
+    let largest =
+        |value: fn(&Weighed) -> f64| smoothing.curve.iter().map(value).fold(f64::MIN_POSITIVE, f64::max).log10();
+    let tops = [largest(|w| w.residual), largest(|w| w.bending)];
+    let frame = response.rect.shrink2(vec2(4.0, 4.0));
+    let plot = egui::Rect::from_min_max(frame.min + vec2(16.0, 0.0), frame.max - vec2(0.0, 18.0));
+    let share = |value: f64, top: f64| ((value.max(f64::MIN_POSITIVE).log10() - top) / DECADES + 1.0) as f32;
+    let at = |w: &Weighed| {
+        let [x, y] = [share(w.residual, tops[0]), share(w.bending, tops[1])];
+        (x >= 0.0 && y >= 0.0).then(|| pos2(plot.left() + x * plot.width(), plot.bottom() - y * plot.height()))
+    };
+    painter.rect_filled(plot, 2.0, visuals.extreme_bg_color);
+    let points: Vec<egui::Pos2> = smoothing.curve.iter().filter_map(at).collect();
+    painter.add(Shape::line(points, Stroke::new(1.5, ink)));
+    // One stated error from the marks.
+    let one = plot.left() + share(1.0, tops[0]) * plot.width();
+    if plot.x_range().contains(one) {
+        painter.vline(one, plot.y_range(), Stroke::new(1.0, faint));
+        painter.text(pos2(one - 3.0, plot.top() + 2.0), egui::Align2::RIGHT_TOP, "1 σ", font.clone(), faint);
+    }
+    if let Some(p) = at(&smoothing.weighed) {
+        painter.circle_filled(p, 4.0, visuals.selection.bg_fill);
+        painter.circle_stroke(p, 4.0, Stroke::new(1.0, ink));
+    }
+    painter.text(
+        pos2(plot.center().x, frame.bottom()),
+        egui::Align2::CENTER_BOTTOM,
+        "Distance from the marks",
+        font.clone(),
+        faint,
+    );
+    let bending = painter.layout_no_wrap("Bending".to_owned(), font, faint);
+    let corner = pos2(frame.left(), plot.center().y + bending.size().x / 2.0);
+    painter.add(egui::epaint::TextShape::new(corner, bending, faint).with_angle(-std::f32::consts::FRAC_PI_2));
+    response.on_hover_text(
+        "The L-curve: what every smoothness would cost. To the left the marks are followed with their error, to the right they are smoothed away; the dot is the one taken",
+    );
+}
