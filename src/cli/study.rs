@@ -28,6 +28,8 @@ pub struct Arguments {
 enum Command {
     /// Compares the four muscle laws on fields that an artist made: laws.csv, laws.md.
     Laws(LawsArguments),
+    /// Charts how near every method comes to the truth against the time it takes: accuracy.csv, .svg, .png, .md.
+    Accuracy(RunArguments),
     /// Maps where each method fails, and what fails first: stability.csv, .svg, .png, .md.
     Stability(RunArguments),
     /// Times every stage from 612 to 10⁶ vertices, its memory, and batches over the cores: scaling.csv, .svg, .png, .md.
@@ -72,6 +74,7 @@ const MM_PER_UNIT: f64 = 100.0;
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     match &arguments.command {
         Command::Laws(arguments) => laws(arguments),
+        Command::Accuracy(arguments) => study(Kind::Accuracy, arguments),
         Command::Stability(arguments) => study(Kind::Stability, arguments),
         Command::Scaling(arguments) => study(Kind::Scaling, arguments),
     }

@@ -1,6 +1,6 @@
 //! What a study leaves: its table, its chart as a drawing and as a picture, and a short reading in plain words.
 
-use super::{png, study_maps, study_scaling};
+use super::{png, study_chart, study_maps, study_scaling};
 use crate::draw::svg;
 use crate::study::{Kind, Run, machine, table};
 
@@ -35,6 +35,10 @@ pub fn files(kind: Kind, runs: &[Run]) -> Result<Vec<(String, Vec<u8>)>, StudyFi
 /// The chart of a study.
 pub fn chart(kind: Kind, runs: &[Run], caption: &str) -> String {
     match kind {
+        Kind::Accuracy => {
+            let heading = format!("{}: {}", kind.label(), kind.asks());
+            study_chart::svg(&heading, &study_chart::panels(runs, |part| kind.title(part)), caption)
+        }
         Kind::Stability => study_maps::svg(kind, runs, caption),
         Kind::Scaling => study_scaling::svg(&format!("{}: {}", kind.label(), kind.asks()), runs, caption),
     }

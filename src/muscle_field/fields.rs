@@ -2,11 +2,15 @@
 
 use nalgebra::Vector3;
 
-use super::analysis::Analysis;
-use super::fibres::fibre_field;
+use super::analysis::{Analysis, Pull};
+use super::fibres::{fibre_field, fibres};
 use super::profiles::Part;
+use super::replay::pull;
+use super::samples::{Include, Samples};
 use crate::face::FaceModel;
-use crate::fit::Compare;
+use crate::fit::activations::activations;
+use crate::fit::{Compare, Noise};
+use crate::muscle::{Fibre, MuscleLaw};
 use crate::pipeline::Outcome;
 
 /// One value a vertex, N or relative; absent where nothing is known, and along the fibres where no muscle runs.
@@ -20,6 +24,21 @@ pub struct Fields {
     pub left: Vec<Option<f64>>,
     /// Whether the law was fitted to the vertex: only those set a range of colours.
     pub fitted: Vec<bool>,
+}
+
+/// The muscle-based way to the field: the force that all muscles with the strengths which explain the outcome's forces best, none negative,
+/// put on every vertex within the skin, and across it what the outcome has, for there the skull bears it. N; none where no strengths are found.
+pub fn activation_field(face: &FaceModel, outcome: &Outcome, law: &MuscleLaw) -> Option<Vec<Vector3<f64>>> {
+    let samples = Samples::of(outcome, face, Include::Believed);
+    let (all, _) = fibres(face, &outcome.first);
+    let lines: Vec<Fibre> = all.into_iter().map(|of| of.fibre).collect();
+    let shape = Pull::plain(*law);
+    let design = shape.design(&lines, &samples.samples, Compare::Tangential).ok()?;
+    let found = activations(&design, None, Noise::default());
+    let within = pull(face, &outcome.first, &shape, lines.iter().zip(found.muscles.iter().map(|one| one.strength_n)));
+    let normals = face.mesh().vertex_normals(&outcome.first);
+    let across = normals.iter().zip(&outcome.field.force).map(|(n, f)| n * n.dot(f));
+    Some(within.into_iter().zip(across).map(|(a, b)| a + b).collect())
 }
 
 /// The fields of the law with that index in [`Analysis::laws`]. Where only what lies in the skin was compared, only that is shown.

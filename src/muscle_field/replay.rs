@@ -176,7 +176,8 @@ pub fn pull_of_muscles(face: &FaceModel, outcome: &Outcome, analysis: &Analysis)
     pull(face, &outcome.first, &analysis.shape, fibres.zip(muscles.iter().map(|one| one.strength_n)))
 }
 
-fn pull<'a>(
+/// What fibres with these strengths put on every vertex within the skin of the first frame, N.
+pub(super) fn pull<'a>(
     face: &FaceModel,
     first: &[Point3<f64>],
     shape: &Pull,

@@ -7,14 +7,16 @@ use sha2::{Digest, Sha256};
 
 use super::runner::Plan;
 use super::table::Run;
-use super::{scaling, stability};
+use super::{accuracy, scaling, stability};
 use crate::face::FaceModel;
 
 /// A study.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Kind {
-    /// Where each method stops being stable.
+    /// How near every method comes to the truth, and how long it takes.
     #[default]
+    Accuracy,
+    /// Where each method stops being stable.
     Stability,
     /// How the work grows with the mesh and over the cores.
     Scaling,
@@ -63,11 +65,12 @@ impl Options {
 
 impl Kind {
     /// All.
-    pub const ALL: [Self; 2] = [Self::Stability, Self::Scaling];
+    pub const ALL: [Self; 3] = [Self::Accuracy, Self::Stability, Self::Scaling];
 
     /// Its name in files and on the command line.
     pub const fn name(self) -> &'static str {
         match self {
+            Self::Accuracy => "accuracy",
             Self::Stability => "stability",
             Self::Scaling => "scaling",
         }
@@ -76,6 +79,7 @@ impl Kind {
     /// Its name for people.
     pub const fn label(self) -> &'static str {
         match self {
+            Self::Accuracy => "Accuracy",
             Self::Stability => "Stability",
             Self::Scaling => "Scaling",
         }
@@ -89,6 +93,7 @@ impl Kind {
     /// What it asks, in a sentence.
     pub const fn asks(self) -> &'static str {
         match self {
+            Self::Accuracy => "How near does each method come, and how long does it take?",
             Self::Stability => "Where does each method fail, and what fails first?",
             Self::Scaling => "How does the work grow with the mesh, and over the cores?",
         }
@@ -103,6 +108,7 @@ impl Kind {
     /// Its cases.
     pub fn plan(self, options: &Options) -> Plan {
         match self {
+            Self::Accuracy => accuracy::plan(options),
             Self::Stability => stability::plan(options),
             Self::Scaling => scaling::plan(options),
         }
@@ -111,6 +117,7 @@ impl Kind {
     /// The questions of its charts, in order, and the words above each.
     pub fn title(self, part: &str) -> String {
         match self {
+            Self::Accuracy => accuracy::title(part).to_owned(),
             Self::Stability => stability::title(part).to_owned(),
             Self::Scaling => scaling::title(part).to_owned(),
         }
@@ -119,6 +126,7 @@ impl Kind {
     /// What its table says, in Markdown, from the rows alone.
     pub fn reading(self, runs: &[Run]) -> String {
         match self {
+            Self::Accuracy => accuracy::reading(runs),
             Self::Stability => stability::reading(runs),
             Self::Scaling => scaling::reading(runs),
         }

@@ -3,6 +3,7 @@
 //! A [`Kind`] of study makes a [`runner::Plan`], a list of cases; each case gives rows of one [`table`]. A plan runs over all cores or one,
 //! can be stopped at any moment, and goes on from its [`journal`]. [`points`] and [`cells`] are what charts show of a table.
 
+pub mod accuracy;
 pub mod activation_trial;
 pub mod applied;
 pub mod artist;

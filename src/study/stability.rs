@@ -14,6 +14,7 @@ use super::kind::Options;
 use super::runner::{Case, Plan};
 use super::table::Run;
 
+pub(super) use motion::pulled;
 pub use reading::reading;
 
 /// The study's name.
@@ -61,7 +62,7 @@ fn case(
 }
 
 /// The cause of a failure of the forward model in few words.
-fn cause_of(failure: &Failure) -> String {
+pub(super) fn cause_of(failure: &Failure) -> String {
     let words = match failure.cause {
         Cause::NotFinite => "places are no numbers",
         Cause::RanAway { .. } => "a vertex ran away",

@@ -149,7 +149,7 @@ fn cell(
 }
 
 /// The face under one load along y, over skin that slides on the skull, with its rim fixed.
-fn pulled(face: &FaceModel, options: SystemOptions, newton: f64) -> Result<System, SystemError> {
+pub(in crate::study) fn pulled(face: &FaceModel, options: SystemOptions, newton: f64) -> Result<System, SystemError> {
     let (mesh, rest) = (face.mesh(), face.mesh().positions());
     let mut system = System::new(mesh, rest, &rim(mesh, rest), None, options)?;
     let areas = mesh.vertex_areas(rest);

@@ -1,0 +1,106 @@
+//! The study of accuracy: how near every method comes to the truth, and how long it takes.
+//!
+//! Four questions, each with its own truth: forces from marks (a twin's), motion under muscles (a run of very small steps), muscle laws from forces
+//! (fields of known laws), and the customised face (people of known proportions).
+
+mod forces;
+mod forward;
+mod others;
+mod reading;
+
+use super::kind::Options;
+use super::runner::{Case, Plan};
+use super::table::Run;
+
+pub use reading::reading;
+
+/// The study's name.
+const STUDY: &str = "accuracy";
+
+/// The questions, and what stands above each chart.
+const PARTS: [(&str, &str); 5] = [
+    ("forces", "Forces from marks: a brow raise that slides on the face"),
+    ("forces, artist-like", "Forces from marks: a rough motion that no smoothness was made for"),
+    ("forward", "Motion under one muscle for 0.1 s, against steps of 0.02 ms"),
+    ("laws", "The thesis's law fitted to its own field, from starts within a factor 3"),
+    ("face", "The customised face: lengths of its edges against those of the person"),
+];
+
+/// The cases.
+pub fn plan(options: &Options) -> Plan {
+    let seeds = options.seeds(7, 2);
+    let mut cases = forces::cases(options, seeds);
+    cases.extend(forward::cases(options));
+    cases.extend(others::cases(options, seeds));
+    Plan { study: STUDY.to_owned(), question: options.words(seeds), cases }
+}
+
+/// What stands above the chart of a part.
+pub fn title(part: &str) -> &str {
+    PARTS.iter().find(|p| p.0 == part).map_or(part, |p| p.1)
+}
+
+/// A row of the study.
+fn run(part: usize, method: &str, setting: &str) -> Run {
+    Run::new(STUDY, PARTS[part].0, method, setting.to_owned())
+}
+
+/// A case whose times count, with the name of its cell.
+fn case(part: usize, method: &str, setting: &str, work: impl Fn() -> Vec<Run> + Send + Sync + 'static) -> Case {
+    Case::timed(format!("{} · {method} · {setting}", PARTS[part].0), work)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::journal::Journal;
+    use super::*;
+
+    /// The rows of some cases of the quick study.
+    fn rows(only: impl Fn(&str) -> bool) -> Vec<Run> {
+        let options = Options { quick: true, ..Options::on(crate::face::generic()) };
+        let mut plan = plan(&options);
+        plan.cases.retain(|c| only(&c.key));
+        plan.run(&mut Journal::in_memory(), 1, &|| false, &mut |_, _| {}).unwrap().unwrap()
+    }
+
+    fn error(rows: &[Run], method: &str, setting: &str, noise: f64) -> f64 {
+        let of = |r: &&Run| r.method == method && r.setting.contains(setting) && r.noise_px == noise;
+        let mut errors: Vec<f64> = rows.iter().filter(of).filter_map(|r| r.force_error).collect();
+        super::super::points::median(&mut errors).unwrap()
+    }
+
+    #[test]
+    fn without_noise_the_direct_way_is_exact_and_with_it_the_regularised_one_is_nearer() {
+        let rows = rows(|key| key.starts_with("forces ·") && key.contains("as the scene"));
+        assert!(error(&rows, "Direct", "as the scene", 0.0) < 1e-6);
+        let [direct, smooth] = ["Direct", "Regularised, discrepancy"].map(|m| error(&rows, m, "as the scene", 1.0));
+        assert!(smooth < 0.6 * direct && smooth > 0.05, "{direct} {smooth}");
+    }
+
+    #[test]
+    fn small_steps_come_nearer_and_a_method_beyond_its_limit_fails() {
+        let rows = rows(|key| key.starts_with("forward ·"));
+        let of = |method: &str, step: &str| {
+            let row = rows.iter().find(|r| r.method == method && r.setting == format!("step_ms={step}")).unwrap();
+            row.force_error.filter(|_| row.is_ok())
+        };
+        // A method of first order is ten times nearer with a tenth of the step.
+        let [coarse, fine] = ["1", "0.1"].map(|s| of("Implicit Euler", s).unwrap());
+        assert!((6.0..14.0).contains(&(coarse / fine)), "{coarse} {fine}");
+        assert!(of("Explicit Euler", "10").is_none());
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_table_but_for_times() {
+        let some =
+            || rows(|key| key.starts_with("forces ·") && key.contains("0.3")).into_iter().map(Run::without_times);
+        assert!(some().eq(some()));
+    }
+
+    #[test]
+    fn the_reading_names_the_best_way_and_its_error() {
+        let rows = rows(|key| key.starts_with("forces ·") && key.contains("as the scene"));
+        let text = reading(&rows);
+        assert!(text.contains("Regularised") && text.contains('%'), "{text}");
+    }
+}
