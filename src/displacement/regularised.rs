@@ -65,6 +65,8 @@ impl WeightRule {
 
 /// Fewest marks that can tell noise from motion.
 pub const FEWEST_MARKS: usize = 8;
+/// Most marks that a plate is laid through: its decomposition takes a third of a second then, and grows with their cube.
+pub const MOST_MARKS: usize = 1000;
 /// How far the mesh goes on beyond the marks, mm along its edges: two edges of the generic face.
 const COLLAR_MM: f64 = 18.0;
 /// Least standard deviation of a mark, px: marks said to have no error are smoothed by next to nothing.
@@ -73,6 +75,10 @@ const LEAST_SIGMA_PX: f64 = 1e-3;
 const TRIED: usize = 151;
 /// An eigenvalue below this share of the largest one is that of a motion without bending.
 const UNBENT: f64 = 1e-10;
+/// Every so many of them at first, and all about the best of those.
+const COARSE: usize = 6;
+/// Factors of a product whose logarithm is taken; each is at least 1e-20 (the first weight over the range of the modes).
+const AT_ONCE: usize = 8;
 /// Golden section: steps that narrow an interval of the tried weights to a thousandth.
 const NARROWED: usize = 14;
 
@@ -124,10 +130,10 @@ pub struct Smoothed {
 impl Plate {
     /// A plate over the `marked` vertices (with a standard deviation in px each) that also tells the motion of `others`.
     ///
-    /// Absent where fewer than [`FEWEST_MARKS`] are marked, or where no plate can be laid (no triangle among them).
+    /// Absent where fewer than [`FEWEST_MARKS`] or more than [`MOST_MARKS`] are marked, or where no plate can be laid (no triangle among them).
     pub fn new(mesh: &Mesh, at: &[Point3<f64>], marked: &[u32], sigma_px: &[f64], others: &[u32]) -> Option<Self> {
         let m = marked.len();
-        if m < FEWEST_MARKS || sigma_px.len() != m {
+        if !(FEWEST_MARKS..=MOST_MARKS).contains(&m) || sigma_px.len() != m {
             return None;
         }
         let Energy { rows, beside, inner, own } = Energy::new(mesh, at, marked)?;
@@ -216,11 +222,18 @@ impl Plate {
         match rule {
             WeightRule::Evidence => {
                 let mu = self.weight(position);
-                let of_mode = |(c, b): (&Vector2<f64>, &f64)| {
+                // Logarithms of products of a few: none of them comes near the smallest number.
+                let (mut price, mut product) = (0.0, 1.0_f64);
+                for (k, (c, b)) in modes.iter().zip(&self.bending).filter(|(_, b)| **b > 0.0).enumerate() {
                     let taken = mu * b / (1.0 + mu * b);
-                    if *b > 0.0 { taken * c.norm_squared() - 2.0 * taken.ln() } else { 0.0 }
-                };
-                modes.iter().zip(&self.bending).map(of_mode).sum()
+                    price += taken * c.norm_squared();
+                    product *= taken;
+                    if k % AT_ONCE == AT_ONCE - 1 {
+                        price -= 2.0 * product.ln();
+                        product = 1.0;
+                    }
+                }
+                price - 2.0 * product.ln()
             }
             WeightRule::Discrepancy => {
                 // The residual grows with the weight; the largest allowed one is where it crosses 1.
@@ -261,8 +274,11 @@ impl Plate {
     /// Where among the weights a rule's own lies.
     fn chosen(&self, modes: &[Vector2<f64>], rule: WeightRule) -> f64 {
         let price = |p: f64| self.price(modes, rule, p);
-        let best =
-            (0..TRIED).map(|p| (p, price(p as f64))).fold((0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a });
+        let least = |positions: &mut dyn Iterator<Item = usize>| {
+            positions.map(|p| (p, price(p as f64))).fold((0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a })
+        };
+        let (about, _) = least(&mut (0..TRIED).step_by(COARSE));
+        let best = least(&mut (about.saturating_sub(COARSE)..(about + COARSE + 1).min(TRIED)));
         // Golden section between the neighbours of the best.
         let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
         let (mut low, mut high) = ((best.0 as f64 - 1.0).max(0.0), (best.0 as f64 + 1.0).min((TRIED - 1) as f64));

@@ -1,13 +1,14 @@
 //! Forces from marks: the ways to the field, their rules, and the marking error, on scenes whose forces are known.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::super::kind::Options;
+use super::super::membrane_truth::{MembraneFace, MembraneSettings};
 use super::super::points::median;
 use super::super::runner::Case;
 use super::super::scene;
@@ -16,12 +17,14 @@ use super::super::twin::{Twin, TwinSettings, normal_pair};
 use super::{case, run};
 use crate::displacement::regularised::WeightRule;
 use crate::displacement::{DepthRule, UnmarkedRule};
+use crate::expression::{Basic, Expression};
 use crate::face::FaceModel;
 use crate::forces::SpringRule;
 use crate::muscle::{LawKind, MuscleLaw};
 use crate::muscle_field::activation_field;
 use crate::pipeline::{self, Outcome, Workspace};
 use crate::project::{FieldWay, FrameRef, Project, Role, Settings};
+use crate::simulate::Ended;
 
 /// Marks moved one after the other while the chain is timed.
 const DRAGS: usize = 9;
@@ -30,6 +33,52 @@ const SIZE: u32 = 1036;
 /// The rough motion: bumps, their height, and their radius, mm.
 const BUMPS: usize = 24;
 const BUMP_MM: [f64; 2] = [2.5, 12.0];
+
+/// Share of its full strength at which an expression is a truth: at the whole of it skin is stretched to where the table is steepest.
+const INTENSITY: f64 = 0.6;
+
+/// Where the true forces come from.
+#[derive(Clone, Copy, PartialEq)]
+enum Truth {
+    /// A prescribed brow raise, and the project's own springs.
+    Raise,
+    /// Bumps, and the project's own springs.
+    Rough,
+    /// One of the six expressions, by the seed: membrane elements of a finer mesh in equilibrium under muscles.
+    Membrane,
+}
+
+impl Truth {
+    const ALL: [Self; 3] = [Self::Raise, Self::Rough, Self::Membrane];
+
+    fn part(self) -> usize {
+        Self::ALL.iter().position(|t| *t == self).unwrap_or(0)
+    }
+}
+
+/// A person, where an expression takes every vertex (mm), and its forces (N).
+struct Made {
+    person: FaceModel,
+    name: &'static str,
+    last: Vec<Point3<f64>>,
+    force: Vec<Vector3<f64>>,
+}
+
+/// The expressions of the seeds, each made once.
+type Membranes = Arc<Vec<OnceLock<Result<Made, String>>>>;
+
+fn made(generic: &FaceModel, seed: u64) -> Result<Made, String> {
+    let basic = Basic::ALL[(seed as usize).wrapping_sub(1) % Basic::ALL.len()];
+    let distance_mm = TwinSettings::default().distance_mm;
+    let person = scene::person(generic, seed, distance_mm).map_err(|e| e.to_string())?;
+    let mut face = MembraneFace::new(&person, &MembraneSettings::default()).map_err(|e| e.to_string())?;
+    let expression = Expression::basic(basic, face.actuators()).times(INTENSITY);
+    let truth = face.truth(&expression).map_err(|e| e.to_string())?;
+    if truth.ended != Ended::Converged {
+        return Err(format!("no truth: {}", truth.ended.label()));
+    }
+    Ok(Made { person, name: basic.name(), last: truth.last, force: truth.force })
+}
 
 /// A way to the field.
 #[derive(Clone, Copy)]
@@ -75,27 +124,31 @@ const CHANGES: [Change; 4] = [
 
 pub(super) fn cases(options: &Options, seeds: u64) -> Vec<Case> {
     let noises: &[f64] = if options.quick { &[0.0, 0.3, 1.0] } else { &[0.0, 0.1, 0.3, 1.0, 2.0, 3.0] };
+    let membranes: Membranes = Arc::new((0..seeds).map(|_| OnceLock::new()).collect());
     let mut cases = Vec::new();
-    for part in [0, 1] {
+    for truth in Truth::ALL {
         for &noise in noises {
             for (name, way) in Way::all() {
                 for (setting, change) in CHANGES {
-                    // The rough motion is there for the ways; the rules were tried on the first scene.
-                    if part == 1 && setting != CHANGES[0].0 {
+                    // The rules were tried on the first scene; the others are there for the ways.
+                    if truth != Truth::Raise && setting != CHANGES[0].0 {
                         continue;
                     }
-                    let (face, of) = (Arc::clone(&options.face), name.clone());
+                    let (face, of, membranes) = (Arc::clone(&options.face), name.clone(), Arc::clone(&membranes));
                     let key = format!("{setting} · {noise} px");
                     let work = move || {
                         let one = |seed| {
-                            let row = run(part, &of, setting);
+                            let row = run(truth.part(), &of, setting);
                             let row = Run { noise_px: noise, vertices: face.mesh().len(), seed, ..row };
-                            measured(&face, part == 1, way, change, row)
+                            match scene(&face, truth, &membranes, noise, seed) {
+                                Ok(scene) => measured(scene, way, change, row),
+                                Err(why) => row.failing(Some(why)),
+                            }
                         };
                         (1..=seeds).map(one).collect()
                     };
-                    let case = case(part, &name, &key, work);
-                    cases.push(case.weighing(0.05));
+                    let weight = if truth == Truth::Membrane { 0.3 } else { 0.05 };
+                    cases.push(case(truth.part(), &name, &key, work).weighing(weight));
                 }
             }
         }
@@ -110,16 +163,38 @@ struct Scene {
     truth: Vec<Vector3<f64>>,
 }
 
-fn scene(generic: &FaceModel, rough: bool, noise_px: f64, seed: u64) -> Result<Scene, String> {
+fn scene(
+    generic: &FaceModel,
+    truth: Truth,
+    membranes: &[OnceLock<Result<Made, String>>],
+    noise_px: f64,
+    seed: u64,
+) -> Result<Scene, String> {
     let settings = TwinSettings { seed, noise_px, ..TwinSettings::default() };
+    let frames = ["first.png", "last.png"].map(|name| FrameRef {
+        path: name.to_owned(),
+        sha256: "0".repeat(64),
+        width_px: SIZE,
+        height_px: SIZE,
+    });
+    if truth == Truth::Membrane {
+        let slot = membranes.get(seed as usize - 1).ok_or("no such seed")?;
+        let made = slot.get_or_init(|| made(generic, seed)).as_ref().map_err(Clone::clone)?;
+        let twin = Twin::displaced(&made.person, made.last.clone(), &settings).map_err(|e| e.to_string())?;
+        let mut project = scene::membrane_project(&twin, &made.person, frames, noise_px, made.name, 0.0);
+        project.settings.depth = DepthRule::SlideOnSurface;
+        return Ok(Scene { face: generic.clone(), project, truth: made.force.clone() });
+    }
     let person = scene::person(generic, seed, settings.distance_mm).map_err(|e| e.to_string())?;
     let mut twin = Twin::generate(&person, &settings).map_err(|e| e.to_string())?;
-    if rough {
+    if truth == Truth::Rough {
         roughen(&mut twin, &person, seed);
     }
-    let frame =
-        |name: &str| FrameRef { path: name.to_owned(), sha256: "0".repeat(64), width_px: SIZE, height_px: SIZE };
-    let project = scene::project(&twin, &person, [frame("first.png"), frame("last.png")], noise_px);
+    let mut project = scene::project(&twin, &person, frames, noise_px);
+    if truth == Truth::Rough {
+        // Its points leave the surface: the depth of the first frame is the truth here.
+        project.settings.depth = DepthRule::FixedDepth;
+    }
     let truth = scene::true_forces(&twin, &person, &project.settings);
     Ok(Scene { face: generic.clone(), project, truth })
 }
@@ -151,16 +226,8 @@ fn roughen(twin: &mut Twin, person: &FaceModel, seed: u64) {
     }
 }
 
-fn measured(generic: &FaceModel, rough: bool, way: Way, change: fn(&mut Settings), row: Run) -> Run {
-    let scene = match scene(generic, rough, row.noise_px, row.seed) {
-        Ok(scene) => scene,
-        Err(why) => return row.failing(Some(why)),
-    };
+fn measured(scene: Scene, way: Way, change: fn(&mut Settings), row: Run) -> Run {
     let mut project = scene.project;
-    if rough {
-        // Its points leave the surface: the depth of the first frame is the truth here.
-        project.settings.depth = DepthRule::FixedDepth;
-    }
     change(&mut project.settings);
     project.settings.field = way.field();
     let size = [SIZE, SIZE];
@@ -171,7 +238,9 @@ fn measured(generic: &FaceModel, rough: bool, way: Way, change: fn(&mut Settings
         Way::Muscles(law) => activation_field(&scene.face, outcome, &MuscleLaw::default_of(law)),
     };
     let Some(force) = find(&outcome) else { return row.failing(Some("the muscles cannot be fitted".to_owned())) };
-    let inner: Vec<usize> = (0..force.len()).filter(|&v| outcome.is_believed(v)).collect();
+    // Still points are held by bones: the force on them is no muscle's.
+    let skin = |v: usize| project.features.get(&(v as u32)).is_some_and(|f| f.role == Role::Skin);
+    let inner: Vec<usize> = (0..force.len()).filter(|&v| outcome.is_believed(v) && skin(v)).collect();
     let square = |of: &dyn Fn(usize) -> Vector3<f64>| inner.iter().map(|&v| of(v).norm_squared()).sum::<f64>();
     let size_of_truth = square(&|v| scene.truth[v]);
     let error = (square(&|v| force[v] - scene.truth[v]) / size_of_truth).sqrt();

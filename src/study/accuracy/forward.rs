@@ -13,10 +13,10 @@ use super::{case, run};
 use crate::face::FaceModel;
 use crate::simulate::{Method, Stepper, System, SystemOptions};
 
-/// A run lasts so long, s: the skin is still on its way then.
-const LASTS_S: f64 = 0.1;
+/// A run lasts so long, s: one frame of a film, and the skin is still on its way then.
+const LASTS_S: f64 = 1.0 / 30.0;
 /// Step of the run that is the truth, s: with Runge and Kutta's method its own error is far below what is compared.
-const TRUE_STEP_S: f64 = 2e-5;
+const TRUE_STEP_S: f64 = 4e-5;
 /// Pull of the muscle, in the unit of the maps of stability.
 const PULL: f64 = 1.0;
 
@@ -33,8 +33,8 @@ pub(super) fn cases(options: &Options) -> Vec<Case> {
             let (face, truth) = (Arc::clone(&options.face), Arc::clone(&truth));
             let setting = setting(&[("step_ms", step_ms)]);
             let of = setting.clone();
-            let work = move || vec![stepped(&face, &truth, method, step_ms, run(2, method.label(), &of))];
-            cases.push(case(2, method.label(), &setting, work).weighing(0.05 + 0.2 / step_ms));
+            let work = move || vec![stepped(&face, &truth, method, step_ms, run(3, method.label(), &of))];
+            cases.push(case(3, method.label(), &setting, work).weighing(0.05 + 0.2 / step_ms));
         }
     }
     cases

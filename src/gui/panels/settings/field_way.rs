@@ -3,7 +3,7 @@
 use egui::{RichText, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2, vec2};
 
 use super::rules;
-use crate::displacement::regularised::{Weighed, WeightRule};
+use crate::displacement::regularised::{FEWEST_MARKS, MOST_MARKS, Weighed, WeightRule};
 use crate::gui::{Command, Scene};
 use crate::pipeline::Smoothing;
 use crate::project::FieldWay;
@@ -32,8 +32,11 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
         said(ui, smoothing);
         l_curve(ui, smoothing);
     } else {
-        let few = crate::displacement::regularised::FEWEST_MARKS;
-        ui.label(RichText::new(format!("Needs {few} marks in the last frame; until then the field is direct.")).weak());
+        let (few, many) = (FEWEST_MARKS, MOST_MARKS);
+        ui.label(
+            RichText::new(format!("Needs {few} to {many} marks in the last frame; with others the field is direct."))
+                .weak(),
+        );
     }
 }
 
