@@ -21,7 +21,10 @@ const STUDY: &str = "accuracy";
 const PARTS: [(&str, &str); 6] = [
     ("forces", "Forces from marks: a brow raise that slides on the face"),
     ("forces, rough", "Forces from marks: a rough motion that no smoothness was made for"),
-    ("forces, membrane", "Forces from marks: the six expressions of a membrane on a finer mesh, pulled by muscles"),
+    (
+        "forces, membrane",
+        "Forces from marks: foreheads of a membrane on a finer mesh, pulled by muscles in four expressions",
+    ),
     ("forward", "Motion under one muscle for a thirtieth of a second, against steps of 0.04 ms"),
     ("laws", "The thesis's law fitted to its own field, from starts within a factor 3"),
     ("face", "The customised face: lengths of its edges against those of the person"),

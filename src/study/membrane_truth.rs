@@ -109,6 +109,11 @@ impl MembraneFace {
         Ok(Self { refined, actuators, membrane, system, solver, areas })
     }
 
+    /// What can pull on it.
+    pub fn actuators(&self) -> &Actuators {
+        &self.actuators
+    }
+
     /// The equilibrium under an expression, looked for from rest.
     ///
     /// # Errors
