@@ -1,9 +1,10 @@
 //! What a method of a study would change in a project: its choices for the chain, and a sentence that says so.
 
 use super::table::pairs;
+use crate::displacement::regularised::WeightRule;
 use crate::displacement::{DepthRule, UnmarkedRule};
 use crate::forces::SpringRule;
-use crate::project::Settings;
+use crate::project::{FieldWay, Settings};
 
 /// A project's choices with a method of a study in place.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +37,10 @@ pub fn applied(method: &str, setting: &str, now: &Settings) -> Option<Applied> {
                 let old = std::mem::replace(&mut settings.unmarked, rule);
                 ("Unmarked points", unmarked_words(old), unmarked_words(rule))
             }
+            Choice::Field(way) => {
+                let old = std::mem::replace(&mut settings.field, way);
+                ("Way to the forces", field_words(old), field_words(way))
+            }
         };
         if old != new {
             changes.push((what, old, new));
@@ -53,6 +58,7 @@ enum Choice {
     Depth(DepthRule),
     Springs(SpringRule),
     Unmarked(UnmarkedRule),
+    Field(FieldWay),
 }
 
 fn choices(method: &str, setting: &str) -> Vec<Choice> {
@@ -64,7 +70,12 @@ fn choices(method: &str, setting: &str) -> Vec<Choice> {
         "Frozen depth" => Some(Choice::Depth(DepthRule::FixedDepth)),
         "Slide on surface" => Some(Choice::Depth(DepthRule::SlideOnSurface)),
         "Held at rest" => Some(Choice::Unmarked(UnmarkedRule::Held)),
-        other => other.strip_prefix("Inferred within").and_then(within),
+        "Direct" => Some(Choice::Field(FieldWay::Direct)),
+        other => other.strip_prefix("Inferred within").and_then(within).or_else(|| {
+            let word = other.strip_prefix("Regularised, ")?;
+            let weight = WeightRule::ALL.into_iter().find(|w| w.label().to_lowercase() == word)?;
+            Some(Choice::Field(FieldWay::Regularised { weight }))
+        }),
     };
     let by_pair = |(name, value): (&str, &str)| match (name, value) {
         ("depth", "fixed" | "frozen") => Some(Choice::Depth(DepthRule::FixedDepth)),
@@ -101,6 +112,14 @@ fn unmarked_words(rule: UnmarkedRule) -> String {
     }
 }
 
+fn field_words(way: FieldWay) -> String {
+    let label = way.label().to_lowercase();
+    match way {
+        FieldWay::Direct => format!("{label}, as the thesis"),
+        FieldWay::Regularised { weight } => format!("{label}, weight by {}", weight.label().to_lowercase()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -118,6 +137,11 @@ mod tests {
         let reach = applied("Inferred within 25 mm", "marked_percent=80", &now).unwrap();
         assert_eq!(reach.settings.unmarked, UnmarkedRule::Inferred { reach_mm: 25.0 });
         assert_eq!(applied("Frozen depth", "", &now).unwrap().words, "The project is solved so already.");
+        let smooth = applied("Regularised, evidence", "rules=as the scene", &now).unwrap();
+        assert_eq!(smooth.settings.field, FieldWay::Regularised { weight: WeightRule::Evidence });
+        assert_eq!(smooth.words, "Way to the forces: regularised, weight by evidence (now direct, as the thesis).");
+        assert_eq!(applied("Direct", "rules=as the scene", &smooth.settings).unwrap().settings.field, FieldWay::Direct);
+        assert_eq!(applied("Muscles, anatomical", "rules=as the scene", &now), None);
         assert_eq!(applied("Implicit Euler", "step_ms=1; stiffness=1", &now), None);
         assert_eq!(applied("Inferred within −3 mm", "", &now), None);
     }
