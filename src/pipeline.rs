@@ -21,7 +21,7 @@ use crate::customize::{Customized, LandmarkTarget};
 use crate::displacement::fill_in::Weights;
 use crate::displacement::regularised::Plate;
 use crate::displacement::{UnmarkedRule, VertexState};
-use crate::face::FaceModel;
+use crate::face::{FaceModel, Skull};
 use crate::forces::{self, Springs};
 use crate::project::Project;
 use crate::project::document::{FieldWay, Settings};
@@ -31,6 +31,8 @@ use crate::project::document::{FieldWay, Settings};
 pub struct Workspace {
     face: Option<FaceModel>,
     customized: Option<Kept<CustomizeInput, Customized>>,
+    /// The smooth surface through the first frame's face, where the depth rule asks for it.
+    heights: Option<Kept<Vec<Point3<f64>>, Skull>>,
     springs: Option<Kept<SpringsInput, Springs>>,
     fill: Option<Kept<FillInput, Fill>>,
     plate: Option<Kept<PlateInput, Option<Plate>>>,
@@ -112,8 +114,10 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
         HeadMotion::default()
     };
 
+    let heights = settings.depth.asks_for_heights();
+    let heights = heights.then(|| kept(&mut workspace.heights, first.clone(), |first| Skull::new(mesh, first)));
     let marked = stages::marked(project, mesh.len(), &mut warnings);
-    let measured = stages::place(&marked, &camera, &head.motion, mesh, &first, settings.depth);
+    let measured = stages::place(&marked, &camera, &head.motion, mesh, &first, settings.depth, heights);
     let mut states = stages::known_from_marks(project, mesh.len(), &measured);
     if settings.unmarked == UnmarkedRule::Held {
         for state in states.iter_mut().filter(|s| **s == VertexState::Unmeasured) {
@@ -136,9 +140,10 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
     };
     let (marked, measured) = match &smooth {
         None => (&marked, measured),
-        Some(smooth) => {
-            (&smooth.marked, stages::place(&smooth.marked, &camera, &head.motion, mesh, &first, settings.depth))
-        }
+        Some(smooth) => (
+            &smooth.marked,
+            stages::place(&smooth.marked, &camera, &head.motion, mesh, &first, settings.depth, heights),
+        ),
     };
     let displaced = stages::displaced(&first, &measured, fill);
     let last_in_image = stages::seen_in_last_frame(&displaced, &camera, &head.motion);
@@ -148,7 +153,7 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
         // Too few still points to remove the head's motion from data, and enough to predict with: otherwise each would drag
         // the skin around it along, and the third would let every prediction jump.
         let likely = crate::camera::head_motion::most_likely(&camera, &still).motion;
-        let measured = stages::place(marked, &camera, &likely, mesh, &first, settings.depth);
+        let measured = stages::place(marked, &camera, &likely, mesh, &first, settings.depth, heights);
         stages::seen_in_last_frame(&stages::displaced(&first, &measured, fill), &camera, &likely)
     };
 
@@ -176,7 +181,7 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
             );
         }
     }
-    let other = stages::place(marked, &camera, &head.motion, mesh, &first, settings.depth.other());
+    let other = stages::place(marked, &camera, &head.motion, mesh, &first, settings.depth.other(), heights);
     let mut other_force = Vec::new();
     let other_displaced = stages::displaced(&first, &other, fill);
     forces::muscle_forces(springs, &settings.skin, &other_displaced, Some(&active), &mut other_force);

@@ -41,6 +41,9 @@ pub enum CliError {
     /// A scene of known truth that cannot be made.
     #[error(transparent)]
     Truth(#[from] crate::study::membrane_truth::TruthError),
+    /// What the depth rules are measured on cannot be made.
+    #[error(transparent)]
+    Trial(#[from] crate::study::truth_trial::TrialError),
     /// A play that failed; its files are written as far as it came.
     #[error("{failure} What it came to is in {}", .out.display())]
     Played {

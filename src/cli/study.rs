@@ -10,12 +10,14 @@ use super::output::Output;
 use super::progress::{Bar, Progress};
 use super::scene::{Frames, Scene};
 use crate::export::study_files;
-use crate::face;
 use crate::face::import::target::read_target;
 use crate::face::import::{self, ImportOptions, Keep};
+use crate::face::{self, FaceModel};
 use crate::pipeline::{self, Workspace};
+use crate::simulate::Material;
 use crate::study::journal::Journal;
-use crate::study::{Kind, Options, Run, artist, artist_laws, runner};
+use crate::study::truth_trial::Known;
+use crate::study::{Kind, Options, Run, artist, artist_laws, runner, truth_trial};
 
 /// What `study` asks for.
 #[derive(Debug, clap::Args)]
@@ -30,6 +32,8 @@ enum Command {
     Laws(LawsArguments),
     /// Charts how near every method comes to the truth against the time it takes: accuracy.csv, .svg, .png, .md.
     Accuracy(RunArguments),
+    /// Measures the depth rules and the springs without marking errors, on artists' fields and on truths made here: truths.csv, truths.md.
+    Truths(LawsArguments),
     /// Maps where each method fails, and what fails first: stability.csv, .svg, .png, .md.
     Stability(RunArguments),
     /// Times every stage from 612 to 10⁶ vertices, its memory, and batches over the cores: scaling.csv, .svg, .png, .md.
@@ -75,6 +79,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     match &arguments.command {
         Command::Laws(arguments) => laws(arguments),
         Command::Accuracy(arguments) => study(Kind::Accuracy, arguments),
+        Command::Truths(arguments) => truths(arguments),
         Command::Stability(arguments) => study(Kind::Stability, arguments),
         Command::Scaling(arguments) => study(Kind::Scaling, arguments),
     }
@@ -119,11 +124,14 @@ fn study(kind: Kind, arguments: &RunArguments) -> Result<(), CliError> {
     Ok(())
 }
 
-fn laws(arguments: &LawsArguments) -> Result<(), CliError> {
-    let mut output = Output::folder(&arguments.out)?;
-    let mut progress = Progress::new();
+/// The fields of the artist on the generic face laid on the artist's head.
+fn fields(
+    arguments: &LawsArguments,
+    generic: &FaceModel,
+    progress: &mut Progress,
+    mut take: impl FnMut(artist_laws::Made, artist::ArtistField) -> Result<(), CliError>,
+) -> Result<(), CliError> {
     progress.stage("laying the generic face on the head");
-    let generic = face::generic();
     let path = arguments.meshes.join("base.obj");
     let options = ImportOptions {
         mm_per_unit: Some(MM_PER_UNIT),
@@ -134,23 +142,66 @@ fn laws(arguments: &LawsArguments) -> Result<(), CliError> {
     let bytes = face::file::read_bytes(&path)?;
     let head =
         import::read(&bytes, "base.obj", &options).map_err(|source| CliError::Mesh { path: path.clone(), source })?;
-    let wearer = artist::wear(&generic, &head).map_err(|source| CliError::Transfer { path: path.clone(), source })?;
+    let wearer = artist::wear(generic, &head).map_err(|source| CliError::Transfer { path: path.clone(), source })?;
     println!("the generic face lies on the head with {:.2} mm RMS", wearer.rms_mm);
-    let mut rows = Vec::new();
     for made in artist_laws::FIELDS {
         progress.stage(made.name);
         let path = arguments.meshes.join(made.file);
         let bytes = face::file::read_bytes(&path)?;
         let target = read_target(&String::from_utf8_lossy(&bytes), head.vertices_in_file)
             .map_err(|source| CliError::Target { path, source })?;
-        let field = artist::artist_field(&generic, &wearer, &target);
-        rows.extend(artist_laws::rows(&generic, made, &field)?);
+        let field = artist::artist_field(generic, &wearer, &target);
+        take(made, field)?;
     }
+    Ok(())
+}
+
+fn laws(arguments: &LawsArguments) -> Result<(), CliError> {
+    let mut output = Output::folder(&arguments.out)?;
+    let mut progress = Progress::new();
+    let generic = face::generic();
+    let mut rows = Vec::new();
+    fields(arguments, &generic, &mut progress, |made, field| {
+        rows.extend(artist_laws::rows(&generic, made, &field)?);
+        Ok(())
+    })?;
     drop(progress);
     let table = artist_laws::markdown(&rows);
     print!("{table}");
     output.write("laws.csv", artist_laws::csv(&rows).as_bytes())?;
     output.write("laws.md", table.as_bytes())?;
+    output.finish()?;
+    println!("written to {}", arguments.out.display());
+    Ok(())
+}
+
+/// The cuts of the membranes that springs are held against.
+const CUTS: [u32; 2] = [1, 2];
+
+fn truths(arguments: &LawsArguments) -> Result<(), CliError> {
+    let mut output = Output::folder(&arguments.out)?;
+    let mut progress = Progress::new();
+    let generic = face::generic();
+    let mut rows = Vec::new();
+    fields(arguments, &generic, &mut progress, |made, field| {
+        rows.extend(truth_trial::depth_rows(&generic, &Known::of_artist(made.name, field)));
+        Ok(())
+    })?;
+    progress.stage("expressions of a membrane");
+    for known in truth_trial::made_here(&generic)? {
+        rows.extend(truth_trial::depth_rows(&generic, &known));
+    }
+    let mut skins = Vec::new();
+    for material in [Material::Fibres, Material::Principal] {
+        for levels in CUTS {
+            skins.extend(truth_trial::skin_rows(&generic, levels, material)?);
+        }
+    }
+    drop(progress);
+    let table = truth_trial::markdown(&rows, &skins);
+    print!("{table}");
+    output.write("truths.csv", truth_trial::csv(&rows).as_bytes())?;
+    output.write("truths.md", table.as_bytes())?;
     output.finish()?;
     println!("written to {}", arguments.out.display());
     Ok(())

@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Matrix3x2, Point3, Vector3};
 
 use crate::camera::Ray;
-use crate::face::Mesh;
 use crate::face::mesh::NONE;
+use crate::face::{Mesh, Skull};
 
 /// A marked point brought back into face space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,6 +60,64 @@ pub fn slide_on_surface(
     let normal = crate::face::mesh::doubled_area_vector(positions, t);
     let placed = meet_plane(ray, slope, &positions[t[0] as usize], &normal)?;
     Some(Placed { on_surface: inside, triangle, ..placed })
+}
+
+/// Farther from the place at the first frame's depth no level is looked for, mm.
+const FARTHEST_MM: f64 = 25.0;
+/// Longest step of the search along the ray, mm.
+const LONGEST_MM: f64 = 5.0;
+/// How far from its level a point may be left, mm.
+const OFF_MM: f64 = 1e-9;
+
+/// The point keeps the height above the surface that it had at `from` (mm): the ray meets the level set of that height, looked for from the place
+/// at the depth of `from` by Newton's method.
+///
+/// φ(o + t d) = φ(from);  ∂x/∂d as for the plane through x with the normal ∇φ. Where no such place is found within 25 mm, the point keeps its depth,
+/// and `on_surface` is false.
+pub fn keep_height(ray: &Ray, slope: &Matrix3x2<f64>, surface: &Skull, from: &Point3<f64>) -> Option<Placed> {
+    let fixed = fixed_depth(ray, slope, from.z)?;
+    let (height, _) = surface.slope(from);
+    let unit = ray.direction.norm();
+    let mut x = fixed.position;
+    for _ in 0..40 {
+        let (value, normal) = surface.slope(&x);
+        let along = normal.dot(&ray.direction) / unit;
+        let off = height - value;
+        if off.abs() <= OFF_MM * normal.norm() {
+            return meet_plane(ray, slope, &x, &normal);
+        }
+        // No number where the ray runs along the level; then nothing is found.
+        let step = (off / along).clamp(-LONGEST_MM, LONGEST_MM);
+        x += ray.direction * (step / unit);
+        let away = (x - fixed.position).norm();
+        if away > FARTHEST_MM || away.is_nan() {
+            break;
+        }
+    }
+    Some(Placed { on_surface: false, ..fixed })
+}
+
+/// The share of the way to the kept height, and the largest change of depth for a millimetre aside.
+const HALF: f64 = 0.5;
+
+/// Half of the way in depth from that of the first frame to where the point would keep its height, never more than half as far as it went aside.
+///
+/// z = z₀ + ½ (z_h − z₀), |z − z₀| ≤ ½ ‖(x, y) − (x₀, y₀)‖ with (x, y) at the depth z₀.
+pub fn half_way(ray: &Ray, slope: &Matrix3x2<f64>, surface: &Skull, from: &Point3<f64>) -> Option<Placed> {
+    let fixed = fixed_depth(ray, slope, from.z)?;
+    let kept = keep_height(ray, slope, surface, from)?;
+    let deeper = HALF * (kept.position.z - from.z);
+    let aside = (fixed.position - from).xy();
+    let most = HALF * aside.norm();
+    let (change, follows) = if deeper.abs() <= most {
+        (deeper, kept.slope_mm_per_px.row(2) * HALF)
+    } else {
+        let way = aside.try_normalize(0.0).unwrap_or_default() * (HALF * deeper.signum());
+        (most * deeper.signum(), way.transpose() * fixed.slope_mm_per_px.fixed_rows::<2>(0))
+    };
+    let there = fixed_depth(ray, slope, from.z + change)?;
+    let slope_mm_per_px = there.slope_mm_per_px + ray.direction / ray.direction.z * follows;
+    Some(Placed { slope_mm_per_px, on_surface: kept.on_surface, ..there })
 }
 
 /// The triangle that the ray passes through, and whether it does (false: the last one before a border).
@@ -187,5 +245,90 @@ mod tests {
         // Thesis (4.8) by hand: z = −3 mm is 1003 mm from the camera: x = 21/4 · 1.003.
         let by_hand = Point3::new(21.0 / 4.0 * 1.003, 33.0 / 4.0 * 1.003, -3.0);
         assert!((place(p, true).position - by_hand).norm() < 1e-9);
+    }
+
+    /// On a ball every point that keeps its height stays at its distance from the middle. (The smooth surface bends a little with the mesh.)
+    #[test]
+    fn a_point_that_keeps_its_height_over_a_ball_keeps_its_radius() {
+        let flat = right_angled(21, 21, 5.0, 5.0);
+        let ball = |p: &Point3<f64>| {
+            let (x, y) = (p.x - 50.0, p.y - 50.0);
+            Point3::new(x, y, (1e4 - x * x - y * y).sqrt() - 100.0)
+        };
+        let mesh = flat.with_positions(flat.positions().iter().map(ball).collect()).unwrap();
+        let surface = Skull::new(&mesh, mesh.positions());
+        let middle = Point3::new(0.0, 0.0, -100.0);
+        for (from, over) in [(220, 0.0), (200, 3.0), (268, -2.0)] {
+            let rest = mesh.positions()[from];
+            let rest = middle + (rest - middle) * (1.0 + 0.01 * over);
+            let moved = Point3::new(rest.x + 6.0, rest.y + 8.0, 0.0);
+            let z = (((rest - middle).norm_squared() - moved.x * moved.x - moved.y * moved.y).sqrt()) - 100.0;
+            let truth = Point3::new(moved.x, moved.y, z);
+            let ray = camera().ray(&camera().image_from_face(&truth));
+            let found = keep_height(&ray, &camera().ray_slope(), &surface, &rest).unwrap();
+            assert!(found.on_surface && (found.position - truth).norm() < 0.15, "{from}: {}", found.position - truth);
+            assert!((surface.slope(&found.position).0 - surface.slope(&rest).0).abs() < 1e-8);
+            // Half of that depth, on the same ray.
+            let half = half_way(&ray, &camera().ray_slope(), &surface, &rest).unwrap().position;
+            assert!((half.z - 0.5 * (found.position.z + rest.z)).abs() < 1e-9);
+            assert!((camera().image_from_face(&half) - camera().image_from_face(&truth)).norm() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_point_that_went_nowhere_stays_and_one_that_leaves_every_level_keeps_its_depth() {
+        let mesh = dome();
+        let surface = Skull::new(&mesh, mesh.positions());
+        let rest = mesh.positions()[30];
+        let ray = camera().ray(&camera().image_from_face(&rest));
+        for rule in [keep_height, half_way] {
+            let there = rule(&ray, &camera().ray_slope(), &surface, &rest).unwrap();
+            assert!(there.on_surface && (there.position - rest).norm() < 1e-8);
+        }
+        // From the foot of a steep roof to under its ridge: the level lies 40 mm above.
+        let flat = right_angled(9, 9, 5.0, 5.0);
+        let bend = |p: &Point3<f64>| Point3::new(p.x - 20.0, p.y - 20.0, -(p.x - 20.0).powi(2) / 10.0);
+        let roof = flat.with_positions(flat.positions().iter().map(bend).collect()).unwrap();
+        let surface = Skull::new(&roof, roof.positions());
+        let rest = roof.positions()[44];
+        assert!((rest - Point3::new(20.0, 0.0, -40.0)).norm() < 1e-12);
+        let ray = camera().ray(&camera().image_from_face(&Point3::new(1.0, 0.0, -40.0)));
+        let lost = keep_height(&ray, &camera().ray_slope(), &surface, &rest).unwrap();
+        assert!(!lost.on_surface && (lost.position.z - rest.z).abs() < 1e-9);
+        let half = half_way(&ray, &camera().ray_slope(), &surface, &rest).unwrap();
+        assert!(!half.on_surface && (half.position.z - rest.z).abs() < 1e-9);
+    }
+
+    /// Also where the change of depth is held at half of the way aside: the dome is steep at its corner.
+    #[test]
+    fn slopes_over_a_smooth_surface_agree_with_central_differences() {
+        let flat = right_angled(9, 9, 5.0, 5.0);
+        let bend = |p: &Point3<f64>| Point3::new(p.x - 20.0, p.y - 20.0, -(p.x - 20.0).powi(2) / 10.0);
+        let steep = flat.with_positions(flat.positions().iter().map(bend).collect()).unwrap();
+        for (mesh, from) in [(dome(), 31), (steep, 42)] {
+            let surface = Skull::new(&mesh, mesh.positions());
+            let rest = mesh.positions()[from];
+            let p = camera().image_from_face(&rest) + Vector2::new(9.0, -4.0);
+            for rule in [keep_height, half_way] {
+                let place = |p: Point2<f64>| rule(&camera().ray(&p), &camera().ray_slope(), &surface, &rest).unwrap();
+                assert!(place(p).on_surface);
+                for (axis, e) in [Vector2::x(), Vector2::y()].into_iter().enumerate() {
+                    let h = 1e-3;
+                    let d = (place(p + e * h).position - place(p - e * h).position) / (2.0 * h);
+                    assert!((d - place(p).slope_mm_per_px.column(axis)).norm() < 1e-5);
+                }
+            }
+        }
+        // The second is held: half of the way to its level is deeper than half of the way aside.
+        let bent = flat.with_positions(flat.positions().iter().map(bend).collect()).unwrap();
+        let surface = Skull::new(&bent, bent.positions());
+        let rest = bent.positions()[42];
+        let ray = camera().ray(&(camera().image_from_face(&rest) + Vector2::new(9.0, -4.0)));
+        let at = |rule: fn(&Ray, &Matrix3x2<f64>, &Skull, &Point3<f64>) -> Option<Placed>| {
+            rule(&ray, &camera().ray_slope(), &surface, &rest).unwrap().position
+        };
+        let aside = (fixed_depth(&ray, &camera().ray_slope(), rest.z).unwrap().position - rest).xy().norm();
+        assert!((at(keep_height).z - rest.z).abs() > aside);
+        assert!(((at(half_way).z - rest.z).abs() - 0.5 * aside).abs() < 1e-9);
     }
 }

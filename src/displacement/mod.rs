@@ -15,6 +15,12 @@ pub enum DepthRule {
     FixedDepth,
     /// Where the ray meets the first frame's surface: right where skin slides on a smooth skull.
     SlideOnSurface,
+    /// Where the ray meets the level at which the point keeps its own height above a smooth surface through the first frame's face: right where
+    /// skin of any thickness slides on a smooth skull.
+    KeepHeight,
+    /// Half of the way in depth from the first frame's to that of [`Self::KeepHeight`], never more than half as far as the point went aside:
+    /// what lies between the truths that are known.
+    HalfWay,
 }
 
 impl DepthRule {
@@ -23,8 +29,26 @@ impl DepthRule {
     pub fn other(self) -> Self {
         match self {
             Self::FixedDepth => Self::SlideOnSurface,
-            Self::SlideOnSurface => Self::FixedDepth,
+            Self::SlideOnSurface | Self::KeepHeight | Self::HalfWay => Self::FixedDepth,
         }
+    }
+
+    /// All, the default first.
+    pub const ALL: [Self; 4] = [Self::FixedDepth, Self::SlideOnSurface, Self::KeepHeight, Self::HalfWay];
+
+    /// The word used in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::FixedDepth => "fixed_depth",
+            Self::SlideOnSurface => "slide_on_surface",
+            Self::KeepHeight => "keep_height",
+            Self::HalfWay => "half_way",
+        }
+    }
+
+    /// Whether it asks for heights above a smooth surface.
+    pub fn asks_for_heights(self) -> bool {
+        matches!(self, Self::KeepHeight | Self::HalfWay)
     }
 }
 

@@ -12,11 +12,13 @@ pub mod mirror;
 pub mod muscle;
 #[cfg(test)]
 pub(crate) mod patches;
+pub mod skull;
 
 pub use generic::generic;
 pub use landmark::Landmark;
 pub use mesh::{Mesh, MeshError};
 pub use muscle::{Muscle, MusclePreset, Side};
+pub use skull::Skull;
 
 use serde::{Deserialize, Serialize};
 

@@ -13,7 +13,7 @@ use crate::displacement::fill_in::{self, Weights};
 use crate::displacement::regularised::{Plate, Smoothed, Weighed, WeightRule};
 use crate::displacement::{DepthRule, UnmarkedRule, VertexState};
 use crate::face::mesh::{NONE, doubled_area_vector};
-use crate::face::{FaceModel, Mesh};
+use crate::face::{FaceModel, Mesh, Skull};
 use crate::forces::{Common, Influence, MarkInfluence, SpreadInfluence};
 use crate::project::{Mark, Project, Role, faults};
 
@@ -291,6 +291,7 @@ pub(super) fn place(
     mesh: &Mesh,
     first: &[Point3<f64>],
     rule: DepthRule,
+    heights: Option<&Skull>,
 ) -> Vec<Measured> {
     let slope = motion.rotation.inverse().to_rotation_matrix().matrix() * camera.ray_slope();
     // The triangle in which each vertex was found: the walk for a neighbour starts there.
@@ -300,6 +301,8 @@ pub(super) fn place(
         let ray = motion.first_from_last_ray(&camera.ray(&m.at_in_image));
         let placed = match rule {
             DepthRule::FixedDepth => depth::fixed_depth(&ray, &slope, first[v].z),
+            DepthRule::KeepHeight => depth::keep_height(&ray, &slope, heights?, &first[v]),
+            DepthRule::HalfWay => depth::half_way(&ray, &slope, heights?, &first[v]),
             DepthRule::SlideOnSurface => {
                 let near = mesh.neighbours(v).iter().map(|&j| found[j as usize]).find(|&t| t != NONE);
                 let start = near.or_else(|| mesh.triangles_of_vertex(v).first().copied())?;

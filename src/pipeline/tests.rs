@@ -294,10 +294,13 @@ fn what_the_workspace_remembers_changes_nothing() {
     let mut p = project(&face);
     let mut workspace = Workspace::default();
     mark_all(&mut p, &face, |v| v % 2 == 0);
-    for step in 0..6 {
+    for step in 0..9 {
         match step {
             1 => mark(&mut p, 100, Point2::new(512.0, 480.0)),
             2 => p.settings.depth = DepthRule::SlideOnSurface,
+            // And once more with heights, which are kept.
+            6 => p.settings.depth = DepthRule::HalfWay,
+            7 => Edit::Put(PointId::FeatureLast(113), [505.0, 498.0]).apply(&mut p).unwrap(),
             3 => Edit::Clear(PointId::FeatureLast(112)).apply(&mut p).unwrap(),
             4 => Edit::Put(PointId::Landmark("a".into()), [160.0, 830.0]).apply(&mut p).unwrap(),
             5 => Edit::Put(PointId::FeatureFirst(112), [505.0, 498.0]).apply(&mut p).unwrap(),

@@ -5,6 +5,7 @@
 
 use nalgebra::{Matrix2, Matrix3, Point3, SymmetricEigen, Vector2, Vector3};
 
+use super::skin_law::stiffness;
 use crate::face::Mesh;
 use crate::face::mesh::doubled_area_vector;
 use crate::skin::StressStrainCurve;
@@ -225,11 +226,9 @@ impl Membrane {
                     along * along.transpose() * ((slope - stress / stretch) / (stretch * stretch))
                         + Matrix3::from_diagonal_element(stress / stretch)
                 }
-                // A fibre that pushes would push sideways, too: that part is left out (Choi and Ko 2002).
                 3 => {
-                    let (slope, sideways) = (slope.max(LEAST_SHARE * toe), (stress / stretch).max(0.0));
-                    along * along.transpose() * ((slope - sideways) / (stretch * stretch))
-                        + Matrix3::from_diagonal_element(sideways)
+                    let [even, more] = stiffness([0.0, stress, slope], toe, stretch);
+                    Matrix3::from_diagonal_element(even) + along * along.transpose() * more
                 }
                 _ => continue,
             };

@@ -49,7 +49,6 @@ pub mod repulsion;
 pub mod rim;
 pub mod runge_kutta;
 pub mod skin_law;
-pub mod skull;
 pub mod symplectic_euler;
 pub mod system;
 pub mod thesis_step;
@@ -70,7 +69,6 @@ pub use region::{Cutoff, Region, Start};
 pub use repulsion::Repulsion;
 pub use rim::rim;
 pub use skin_law::{PowerLaw, SkinLaw};
-pub use skull::Skull;
 pub use system::{State, System};
 
 #[cfg(test)]

@@ -6,9 +6,8 @@ use super::jaw::{Jaw, Pose};
 use super::options::{Hold, SystemError, SystemOptions, check};
 use super::repulsion::{Repulsion, Wedge};
 use super::skin_law::{SkinLaw, Spring};
-use super::skull::Skull;
-use crate::face::Mesh;
 use crate::face::mesh::{Lists, doubled_area_vector};
+use crate::face::{Mesh, Skull};
 use crate::forces::Springs;
 
 /// Point masses, springs, repulsion, what holds them, and the muscles' loads. Thesis (4.12), Fig. 4.3.

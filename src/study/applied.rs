@@ -80,6 +80,8 @@ fn choices(method: &str, setting: &str) -> Vec<Choice> {
     let by_pair = |(name, value): (&str, &str)| match (name, value) {
         ("depth", "fixed" | "frozen") => Some(Choice::Depth(DepthRule::FixedDepth)),
         ("depth", "slide") => Some(Choice::Depth(DepthRule::SlideOnSurface)),
+        ("depth", "height") => Some(Choice::Depth(DepthRule::KeepHeight)),
+        ("depth", "half") => Some(Choice::Depth(DepthRule::HalfWay)),
         ("springs", "strip") => Some(Choice::Springs(SpringRule::Strip)),
         ("springs", "one for all" | "uniform") => Some(Choice::Springs(SpringRule::Uniform)),
         ("unmarked", "held") => Some(Choice::Unmarked(UnmarkedRule::Held)),
@@ -93,6 +95,8 @@ fn depth_words(rule: DepthRule) -> String {
     match rule {
         DepthRule::FixedDepth => "frozen, as the thesis",
         DepthRule::SlideOnSurface => "on the first frame's surface",
+        DepthRule::KeepHeight => "at its height above the skull",
+        DepthRule::HalfWay => "half way to its height above the skull",
     }
     .to_owned()
 }
@@ -130,6 +134,9 @@ mod tests {
         let slide = applied("Slide on surface", "distance_mm=300", &now).unwrap();
         assert_eq!(slide.settings.depth, DepthRule::SlideOnSurface);
         assert_eq!(slide.words, "Depth: on the first frame's surface (now frozen, as the thesis).");
+        let half = applied("Direct", "depth=half", &now).unwrap();
+        assert_eq!(half.settings.depth, DepthRule::HalfWay);
+        assert_eq!(applied("Direct", "depth=height", &now).unwrap().settings.depth, DepthRule::KeepHeight);
         let rest = Settings { depth: now.depth, ..slide.settings };
         assert_eq!(rest, now);
         let several = applied("Direct", "springs=one for all; unmarked=held", &now).unwrap();

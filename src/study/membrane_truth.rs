@@ -67,6 +67,8 @@ pub struct MembraneTruth {
     pub expression: Expression,
     /// Where every vertex is, mm.
     pub last: Vec<Point3<f64>>,
+    /// Where every vertex of the finer mesh is, mm.
+    pub fine: Vec<Point3<f64>>,
     /// What holds the skin in this shape, N: muscles, skull and held vertices together; what F = −K X is to find.
     pub force: Vec<Vector3<f64>>,
     /// The muscles' part of it, N.
@@ -150,6 +152,7 @@ impl MembraneFace {
             force: self.refined.gathered(&held_by),
             muscle: self.refined.gathered(self.system.loads()),
             skull: self.refined.gathered(&skull),
+            fine: found.positions,
             area_mm2: self.refined.gathered(&self.areas),
             ended: found.ended,
             iterations: found.iterations,

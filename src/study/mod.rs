@@ -26,6 +26,7 @@ pub mod scene;
 pub mod sheet;
 pub mod stability;
 pub mod table;
+pub mod truth_trial;
 pub mod twin;
 pub mod wish;
 

@@ -371,6 +371,16 @@ fn displacement(ui: &mut egui::Ui, scene: Scene<'_>, commands: &mut Vec<Command>
             "Sliding on the first frame's surface",
             "Right where skin slides on a smooth skull; wrong where it bulges.",
         ),
+        (
+            DepthRule::KeepHeight,
+            "Keeping its height above the skull",
+            "Every point keeps its own height above a smooth surface: right where skin of any thickness slides on a smooth skull.",
+        ),
+        (
+            DepthRule::HalfWay,
+            "Half way to that height",
+            "Between the first frame's depth and the kept height: never far from either truth.",
+        ),
     ];
     rules(ui, settings, settings.depth, &depths, commands, |s, rule| s.depth = rule);
     ui.add_space(4.0);

@@ -71,7 +71,7 @@ fn any_scale() -> impl Strategy<Value = Scale> {
 fn any_settings() -> impl Strategy<Value = Settings> {
     let unmarked =
         prop_oneof![Just(UnmarkedRule::Held), (0.1..1e3).prop_map(|reach_mm| UnmarkedRule::Inferred { reach_mm })];
-    let depth = prop_oneof![Just(DepthRule::FixedDepth), Just(DepthRule::SlideOnSurface)];
+    let depth = proptest::sample::select(DepthRule::ALL.to_vec());
     let springs = prop_oneof![Just(SpringRule::Strip), Just(SpringRule::Uniform)];
     let align = prop::sample::select(vec![AlignRule::Thesis, AlignRule::Pose]);
     let morph = prop::sample::select(vec![MorphRule::Nnwa, MorphRule::Radial]);

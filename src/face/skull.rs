@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::face::Mesh;
+use super::Mesh;
 
 /// A smooth height field in space: φ(x) is about the height of x above the face at rest, in mm, and ∇φ its outward normal.
 ///
@@ -84,7 +84,7 @@ impl Skull {
     }
 
     /// The height of a place with its slope alone, in half the time.
-    pub(super) fn slope(&self, x: &Point3<f64>) -> (f64, Vector3<f64>) {
+    pub fn slope(&self, x: &Point3<f64>) -> (f64, Vector3<f64>) {
         let Height { value, gradient, .. } = self.evaluated::<false>(x);
         (value, gradient)
     }
@@ -161,7 +161,7 @@ const BEND: [f64; 3] = [1.0, -2.0, 1.0];
 fn samples(mesh: &Mesh, rest: &[Point3<f64>]) -> Vec<(Point3<f64>, Vector3<f64>)> {
     let mut weighted = vec![Vector3::zeros(); mesh.len()];
     for &t in mesh.triangles() {
-        let doubled = crate::face::mesh::doubled_area_vector(rest, t);
+        let doubled = super::mesh::doubled_area_vector(rest, t);
         for i in t {
             weighted[i as usize] += doubled;
         }
