@@ -200,6 +200,11 @@ impl FieldWay {
     /// All, each with its own defaults, the thesis's first.
     pub const ALL: [Self; 2] = [Self::Direct, Self::Regularised { weight: WeightRule::Discrepancy }];
 
+    /// Whether it is the thesis's.
+    pub fn is_direct(&self) -> bool {
+        *self == Self::Direct
+    }
+
     /// Word of files and the command line.
     pub fn name(self) -> &'static str {
         match self {
@@ -239,7 +244,8 @@ pub struct Settings {
     pub depth: DepthRule,
     /// What becomes of vertices that nobody marked.
     pub unmarked: UnmarkedRule,
-    /// How forces are found from the marks.
+    /// How forces are found from the marks; not written where it is the thesis's way, so that a project without another stays as it was.
+    #[serde(skip_serializing_if = "FieldWay::is_direct")]
     pub field: FieldWay,
     /// The skin's stress–strain curve.
     pub skin: StressStrainCurve,
