@@ -77,7 +77,7 @@ const TRIED: usize = 151;
 const UNBENT: f64 = 1e-10;
 /// Every so many of them at first, and all about the best of those.
 const COARSE: usize = 6;
-/// Factors of a product whose logarithm is taken; each is at least 1e-20 (the first weight over the range of the modes).
+/// Factors of a product whose logarithm is taken; each is at least 1e-14 (the first weight times the range of the modes).
 const AT_ONCE: usize = 8;
 /// Golden section: steps that narrow an interval of the tried weights to a thousandth.
 const NARROWED: usize = 14;

@@ -278,6 +278,24 @@ fn edges_of(triangles: &[[u32; 3]]) -> Result<EdgeTable, MeshError> {
     Ok((edges, faces))
 }
 
+/// Triangles of `columns` × `rows` vertices (at least 2 each, row by row) whose odd rows are shifted by half an edge towards the ends of the rows:
+/// equilateral ones, where the rows lie √3/2 edges apart.
+pub fn lattice_triangles(columns: usize, rows: usize) -> Vec<[u32; 3]> {
+    let mut triangles = Vec::new();
+    for r in 0..rows - 1 {
+        for c in 0..columns - 1 {
+            let i = (r * columns + c) as u32;
+            let up = i + columns as u32;
+            if r % 2 == 0 {
+                triangles.extend([[i, i + 1, up], [i + 1, up + 1, up]]);
+            } else {
+                triangles.extend([[i, i + 1, up + 1], [i, up + 1, up]]);
+            }
+        }
+    }
+    triangles
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,25 +3,14 @@
 use nalgebra::{Point3, Vector3};
 
 use super::Mesh;
+use super::mesh::lattice_triangles;
 
 /// `columns` × `rows` vertices of a lattice of equilateral triangles of side `pitch`, flat, rows shifted alternately.
 pub(crate) fn triangular(columns: usize, rows: usize, pitch: f64) -> Mesh {
     let step = pitch * 3.0_f64.sqrt() / 2.0;
     let at = |c: usize, r: usize| Point3::new((c as f64 + 0.5 * (r % 2) as f64) * pitch, r as f64 * step, 0.0);
     let positions = (0..rows).flat_map(|r| (0..columns).map(move |c| at(c, r))).collect();
-    let mut triangles = Vec::new();
-    for r in 0..rows - 1 {
-        for c in 0..columns - 1 {
-            let i = (r * columns + c) as u32;
-            let up = i + columns as u32;
-            if r % 2 == 0 {
-                triangles.extend([[i, i + 1, up], [i + 1, up + 1, up]]);
-            } else {
-                triangles.extend([[i, i + 1, up + 1], [i, up + 1, up]]);
-            }
-        }
-    }
-    Mesh::new(positions, triangles).unwrap()
+    Mesh::new(positions, lattice_triangles(columns, rows)).unwrap()
 }
 
 /// `columns` × `rows` vertices on a rectangular grid, each cell cut by the same diagonal.

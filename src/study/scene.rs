@@ -199,6 +199,16 @@ pub fn force_error(face: &FaceModel, outcome: &Outcome, truth: &[Vector3<f64>], 
     (vertices.len(), (off / all).sqrt())
 }
 
+/// First and last frame of a scene that is solved and never looked at: there are no files behind them.
+pub fn unseen_frames(size_px: u32) -> [FrameRef; 2] {
+    ["first.png", "last.png"].map(|name| FrameRef {
+        path: name.to_owned(),
+        sha256: "0".repeat(64),
+        width_px: size_px,
+        height_px: size_px,
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -210,13 +220,7 @@ mod tests {
         let settings = TwinSettings { seed: 3, noise_px, ..TwinSettings::default() };
         let person = person(&face::generic(), settings.seed, settings.distance_mm).unwrap();
         let twin = Twin::generate(&person, &settings).unwrap();
-        let frame = |name: &str| FrameRef {
-            path: name.into(),
-            sha256: "0".repeat(64),
-            width_px: settings.size_px,
-            height_px: settings.size_px,
-        };
-        let project = project(&twin, &person, [frame("first.png"), frame("last.png")], noise_px);
+        let project = project(&twin, &person, unseen_frames(settings.size_px), noise_px);
         (twin, person, project)
     }
 

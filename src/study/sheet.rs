@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use crate::face::mesh::lattice_triangles;
 use crate::face::{Mesh, MeshError};
 
 /// A sheet of 140 × 180 mm that bulges like a face, of `columns` × `rows` vertices (both at least 2).
@@ -49,19 +50,7 @@ pub fn lattice(side_mm: f64, pitch_mm: f64) -> Result<Mesh, MeshError> {
         let (c, r) = (i % columns, i / columns);
         Point3::new((c as f64 + 0.5 * (r % 2) as f64 - 0.25) * pitch_mm - half[0], r as f64 * step - half[1], 0.0)
     };
-    let mut triangles = Vec::new();
-    for r in 0..rows - 1 {
-        for c in 0..columns - 1 {
-            let i = (r * columns + c) as u32;
-            let up = i + columns as u32;
-            if r % 2 == 0 {
-                triangles.extend([[i, i + 1, up], [i + 1, up + 1, up]]);
-            } else {
-                triangles.extend([[i, i + 1, up + 1], [i, up + 1, up]]);
-            }
-        }
-    }
-    Mesh::new((0..columns * rows).map(place).collect(), triangles)
+    Mesh::new((0..columns * rows).map(place).collect(), lattice_triangles(columns, rows))
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ use crate::forces::{SpringRule, Springs, strains};
 use crate::muscle::{LawKind, MuscleLaw};
 use crate::muscle_field::activation_field;
 use crate::pipeline::{self, Outcome, Workspace};
-use crate::project::{FieldWay, FrameRef, Project, Role, Settings};
+use crate::project::{FieldWay, Project, Role, Settings};
 use crate::simulate::Ended;
 
 /// Marks moved one after the other while the chain is timed.
@@ -130,9 +130,11 @@ impl Way {
 type Change = (&'static str, fn(&mut Settings));
 
 /// The scene's own rules, and each other rule alone.
-const CHANGES: [Change; 4] = [
+const CHANGES: [Change; 6] = [
     ("rules=as the scene", |_| {}),
     ("depth=fixed", |s| s.depth = DepthRule::FixedDepth),
+    ("depth=height", |s| s.depth = DepthRule::KeepHeight),
+    ("depth=half", |s| s.depth = DepthRule::HalfWay),
     ("springs=one for all", |s| s.springs = SpringRule::Uniform),
     ("unmarked=held", |s| s.unmarked = UnmarkedRule::Held),
 ];
@@ -188,12 +190,7 @@ fn scene(
     seed: u64,
 ) -> Result<Scene, String> {
     let settings = TwinSettings { seed, noise_px, ..TwinSettings::default() };
-    let frames = ["first.png", "last.png"].map(|name| FrameRef {
-        path: name.to_owned(),
-        sha256: "0".repeat(64),
-        width_px: SIZE,
-        height_px: SIZE,
-    });
+    let frames = scene::unseen_frames(SIZE);
     if truth == Truth::Membrane {
         let slot = membranes.get(seed as usize - 1).ok_or("no such seed")?;
         let made = slot.get_or_init(|| made(generic, seed)).as_ref().map_err(Clone::clone)?;

@@ -13,7 +13,7 @@ use super::super::twin::{Twin, TwinSettings};
 use super::{BATCH, STUDY};
 use crate::face::FaceModel;
 use crate::pipeline::{self, Workspace};
-use crate::project::{FrameRef, Project};
+use crate::project::Project;
 
 const METHOD: &str = "solve, whole project";
 
@@ -58,11 +58,5 @@ fn project(face: &FaceModel, seed: u64) -> Result<Project, String> {
     let settings = TwinSettings { seed, noise_px: 0.5, ..TwinSettings::default() };
     let person = scene::person(face, seed, settings.distance_mm).map_err(|e| e.to_string())?;
     let twin = Twin::generate(&person, &settings).map_err(|e| e.to_string())?;
-    let frame = |name: &str| FrameRef {
-        path: name.into(),
-        sha256: "0".repeat(64),
-        width_px: settings.size_px,
-        height_px: settings.size_px,
-    };
-    Ok(scene::project(&twin, &person, [frame("first.png"), frame("last.png")], 0.5))
+    Ok(scene::project(&twin, &person, scene::unseen_frames(settings.size_px), 0.5))
 }

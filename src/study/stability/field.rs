@@ -17,7 +17,7 @@ use crate::displacement::{DepthRule, UnmarkedRule};
 use crate::face::FaceModel;
 use crate::forces::{SpringRule, Springs, muscle_forces};
 use crate::pipeline::{self, Workspace};
-use crate::project::{FrameRef, Project, Role};
+use crate::project::{Project, Role};
 use crate::skin::StressStrainCurve;
 
 const SIDE_MM: f64 = 100.0;
@@ -114,13 +114,7 @@ fn twin(face: &FaceModel, distance_mm: f64, seed: u64) -> Result<(Twin, FaceMode
     let settings = TwinSettings { seed, distance_mm, ..TwinSettings::default() };
     let person = scene::person(face, seed, distance_mm).map_err(|e| e.to_string())?;
     let twin = Twin::generate(&person, &settings).map_err(|e| e.to_string())?;
-    let frame = |name: &str| FrameRef {
-        path: name.into(),
-        sha256: "0".repeat(64),
-        width_px: settings.size_px,
-        height_px: settings.size_px,
-    };
-    let project = scene::project(&twin, &person, [frame("first.png"), frame("last.png")], 0.5);
+    let project = scene::project(&twin, &person, scene::unseen_frames(settings.size_px), 0.5);
     Ok((twin, person, project))
 }
 
