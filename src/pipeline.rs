@@ -135,7 +135,7 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
             let plate = kept(&mut workspace.plate, input, |input| {
                 Plate::new(mesh, &input.first, &input.vertices, &input.sigma_px, &input.inferred)
             });
-            plate.as_ref().map(|p| stages::smooth(p, weight, &marked, &first, &camera, &head.motion))
+            plate.as_ref().map(|p| stages::smooth(p, weight, &marked, &fill.states, &first, &camera, &head.motion))
         }
     };
     let (marked, measured) = match &smooth {
@@ -201,7 +201,7 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
         last: displaced,
         last_in_image,
         field,
-        smoothing: smooth.map(|s| Smoothing { weighed: s.smoothed.weighed, curve: s.curve, marks: s.marked.len() }),
+        smoothing: smooth.map(|s| Smoothing { weighed: s.smoothed.weighed, curve: s.curve, marks: s.marks }),
         warnings,
     };
     stages::warn(project, &mut outcome, mesh);

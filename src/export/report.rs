@@ -72,7 +72,7 @@ struct Face<'a> {
 struct SmoothingReport {
     distance_from_marks_sigma: f64,
     freedoms: f64,
-    vertices: usize,
+    marks: usize,
 }
 
 #[derive(Serialize)]
@@ -176,7 +176,7 @@ pub fn report(project: &Project, face: &FaceModel, outcome: &Outcome, circumstan
         smoothing: outcome.smoothing.as_ref().map(|s| SmoothingReport {
             distance_from_marks_sigma: s.weighed.residual,
             freedoms: s.weighed.freedoms,
-            vertices: s.marks,
+            marks: s.marks,
         }),
         self_check: self_check(outcome),
         outside_skin_table: places(&outcome.field.outside_table),

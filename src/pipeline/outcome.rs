@@ -48,7 +48,7 @@ pub struct Smoothing {
     pub weighed: Weighed,
     /// The L-curve: what other weights would do.
     pub curve: Vec<Weighed>,
-    /// Vertices whose motion was made smooth.
+    /// Marks, and fixed vertices beside them, whose motion was made smooth.
     pub marks: usize,
 }
 

@@ -187,6 +187,8 @@ pub(super) fn marked(project: &Project, vertices: usize, warnings: &mut Vec<Warn
 pub(super) struct Smooth {
     /// The marks, and the inferred vertices as if marked.
     pub marked: Vec<Marked>,
+    /// Number of marks, and of fixed vertices beside them.
+    pub marks: usize,
     /// The motion in the picture, with its spread.
     pub smoothed: Smoothed,
     /// Vertices of its columns.
@@ -223,6 +225,7 @@ pub(super) fn smooth(
     plate: &Plate,
     rule: WeightRule,
     marked: &[Marked],
+    states: &[VertexState],
     first: &[Point3<f64>],
     camera: &Camera,
     motion: &RigidMotion,
@@ -235,8 +238,11 @@ pub(super) fn smooth(
     let motion_px: Vec<Vector2<f64>> = plate.marked().iter().map(of).collect();
     let smoothed = plate.smooth(&motion_px, rule);
     let at = |(&vertex, u): (&u32, &Vector2<f64>)| Marked { vertex, at_in_image: still(vertex) + u, sigma_px: 0.0 };
+    // What is fixed told the plate where to stay, and stays there itself.
+    let moves = |(v, _): &(&u32, _)| matches!(states[**v as usize], VertexState::Measured | VertexState::Inferred);
     Smooth {
-        marked: plate.places().iter().zip(&smoothed.motion_px).map(at).collect(),
+        marked: plate.places().iter().zip(&smoothed.motion_px).filter(moves).map(at).collect(),
+        marks: plate.marked().len(),
         curve: plate.l_curve(&motion_px),
         places: plate.places().to_vec(),
         smoothed,

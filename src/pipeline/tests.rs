@@ -397,3 +397,17 @@ fn too_few_marks_are_not_smoothed() {
     assert!(outcome.smoothing.is_none());
     assert_eq!(outcome.field, direct.field);
 }
+
+/// A vertex that a hand holds at its place on the head is held there after smoothing, too, however its neighbours go.
+#[test]
+fn smoothing_moves_no_fixed_vertex() {
+    let face = face();
+    let mut p = project(&face);
+    mark_all(&mut p, &face, |v| v != 112);
+    p.features.insert(112, Feature { role: Role::Fixed, ..Feature::default() });
+    p.settings.field = FieldWay::Regularised { weight: WeightRule::Discrepancy };
+    let outcome = run(&p, &face);
+    assert_eq!(outcome.states[112], VertexState::Fixed);
+    assert_eq!(outcome.last[112], outcome.first[112]);
+    assert_eq!(outcome.smoothing.unwrap().marks, N * N);
+}
