@@ -113,7 +113,7 @@ impl Way {
         }));
         all.extend(
             [LawKind::WatersSheet, LawKind::Anatomical]
-                .map(|law| (format!("Muscles, {}", law.label().to_lowercase()), Self::Muscles(law))),
+                .map(|law| (format!("Muscles, {}", law.label()), Self::Muscles(law))),
         );
         all
     }
@@ -199,7 +199,8 @@ fn scene(
         // As in the other scenes: the mouth opens and the lids unfold, which no mesh of skin can say.
         let marked = made.person.region(REGION);
         project.features.retain(|v, f| f.role == Role::Still || marked.contains(v));
-        project.settings.depth = DepthRule::SlideOnSurface;
+        // Every vertex of the membrane keeps its own height above the skull.
+        project.settings.depth = DepthRule::KeepHeight;
         let (truth, counts) = (made.force.clone(), made.gentle.clone());
         return Ok(Scene { face: generic.clone(), project, truth, counts });
     }

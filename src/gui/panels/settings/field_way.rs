@@ -10,8 +10,9 @@ use crate::project::FieldWay;
 
 /// Height of the L-curve, points.
 const HEIGHT: f32 = 120.0;
-/// Decades below the largest value that the curve shows.
+/// Decades that the curve shows, and those of them above its largest value.
 const DECADES: f64 = 3.0;
+const HEADROOM: f64 = 0.2;
 
 pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
     let settings = &scene.project.settings;
@@ -75,7 +76,7 @@ fn l_curve(ui: &mut Ui, smoothing: &Smoothing) {
     let tops = [largest(|w| w.residual), largest(|w| w.bending)];
     let frame = response.rect.shrink2(vec2(4.0, 4.0));
     let plot = egui::Rect::from_min_max(frame.min + vec2(16.0, 0.0), frame.max - vec2(0.0, 18.0));
-    let share = |value: f64, top: f64| ((value.max(f64::MIN_POSITIVE).log10() - top) / DECADES + 1.0) as f32;
+    let share = |value: f64, top: f64| ((value.max(f64::MIN_POSITIVE).log10() - top - HEADROOM) / DECADES + 1.0) as f32;
     let at = |w: &Weighed| {
         let [x, y] = [share(w.residual, tops[0]), share(w.bending, tops[1])];
         (x >= 0.0 && y >= 0.0).then(|| pos2(plot.left() + x * plot.width(), plot.bottom() - y * plot.height()))
