@@ -22,9 +22,9 @@ use crate::displacement::fill_in::Weights;
 use crate::displacement::regularised::Plate;
 use crate::displacement::{UnmarkedRule, VertexState};
 use crate::face::{FaceModel, Skull};
-use crate::forces::{self, Springs};
+use crate::forces::{self, Skin, SkinSpec};
 use crate::project::Project;
-use crate::project::document::{FieldWay, Settings};
+use crate::project::document::FieldWay;
 
 /// Results of stages kept from the last run, each with what it was made from. Only speed depends on them.
 #[derive(Debug, Default)]
@@ -33,15 +33,15 @@ pub struct Workspace {
     customized: Option<Kept<CustomizeInput, Customized>>,
     /// The smooth surface through the first frame's face, where the depth rule asks for it.
     heights: Option<Kept<Vec<Point3<f64>>, Skull>>,
-    springs: Option<Kept<SpringsInput, Springs>>,
+    skin: Option<Kept<SkinInput, Skin>>,
     fill: Option<Kept<FillInput, Fill>>,
     plate: Option<Kept<PlateInput, Option<Plate>>>,
 }
 
 impl Workspace {
-    /// The springs of the last run.
-    pub fn springs(&self) -> Option<&Springs> {
-        self.springs.as_ref().map(|kept| &kept.value)
+    /// The skin of the last run.
+    pub fn skin(&self) -> Option<&Skin> {
+        self.skin.as_ref().map(|kept| &kept.value)
     }
 }
 
@@ -59,10 +59,9 @@ struct CustomizeInput {
 }
 
 #[derive(Debug, PartialEq)]
-struct SpringsInput {
+struct SkinInput {
     rest: Vec<Point3<f64>>,
-    rule: forces::SpringRule,
-    thickness_mm: f64,
+    spec: SkinSpec,
 }
 
 #[derive(Debug, PartialEq)]
@@ -157,34 +156,25 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
         stages::seen_in_last_frame(&stages::displaced(&first, &measured, fill), &camera, &likely)
     };
 
-    let springs = kept(
-        &mut workspace.springs,
-        SpringsInput { rest: first.clone(), rule: settings.springs, thickness_mm: settings.skin_thickness_mm },
-        |input| Springs::new(mesh, &input.rest, input.rule, input.thickness_mm),
-    );
+    let input = SkinInput { rest: first.clone(), spec: settings.skin_spec() };
+    let skin = kept(&mut workspace.skin, input, |input| Skin::new(mesh, &input.rest, &input.spec));
     let active: Vec<bool> = fill.states.iter().map(|s| s.is_known()).collect();
-    let mut field = force_field(face, springs, settings, &first, &displaced, &active);
+    let mut field = force_field(face, skin, &first, &displaced, &active);
+    let slopes = skin.slopes(&displaced, &active);
     match &smooth {
         None => {
             let influence = stages::influence(project, &camera, &head, &measured, &first, fill);
-            forces::standard_errors(springs, &settings.skin, &displaced, Some(&active), &influence, &mut field.sigma);
+            forces::standard_errors(&slopes, &influence, &mut field.sigma);
         }
         Some(smooth) => {
             let spread = stages::spread(smooth, &camera, &head, &measured, &first);
-            forces::standard_errors_of_spread(
-                springs,
-                &settings.skin,
-                &displaced,
-                Some(&active),
-                &spread,
-                &mut field.sigma,
-            );
+            forces::standard_errors_of_spread(&slopes, &spread, &mut field.sigma);
         }
     }
     let other = stages::place(marked, &camera, &head.motion, mesh, &first, settings.depth.other(), heights);
     let mut other_force = Vec::new();
     let other_displaced = stages::displaced(&first, &other, fill);
-    forces::muscle_forces(springs, &settings.skin, &other_displaced, Some(&active), &mut other_force);
+    skin.muscle_forces(&other_displaced, &active, &mut other_force);
     field.depth_change = field.force.iter().zip(&other_force).map(|(a, b)| (a - b).norm()).collect();
     field.folded = stages::folded(mesh, &first, &displaced, &fill.states);
 
@@ -213,22 +203,21 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
 
 fn force_field(
     face: &FaceModel,
-    springs: &Springs,
-    settings: &Settings,
+    skin: &Skin,
     first: &[Point3<f64>],
     last: &[Point3<f64>],
     active: &[bool],
 ) -> ForceField {
     let mut force = Vec::new();
-    forces::muscle_forces(springs, &settings.skin, last, Some(active), &mut force);
+    skin.muscle_forces(last, active, &mut force);
     let normals = face.mesh().vertex_normals(first);
     let (in_surface, normal) = forces::split(&force, &normals);
-    let strain: Vec<Option<f64>> = forces::strains(springs, last)
+    let strain: Vec<Option<f64>> = forces::strains(skin.springs(), last)
         .into_iter()
-        .zip(springs.edges())
+        .zip(skin.springs().edges())
         .map(|(e, &[a, b])| (active[a as usize] && active[b as usize]).then_some(e))
         .collect();
-    let outside_table = forces::outside_table(springs, &settings.skin, last, Some(active));
+    let outside_table = skin.outside_table(last, active);
     ForceField {
         internal_sum: forces::internal_sum(&force),
         tangential: in_surface.iter().map(Vector3::norm).collect(),

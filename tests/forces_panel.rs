@@ -228,7 +228,7 @@ impl State {
             outcome: &self.outcome,
             face: &self.face,
             suggested: &self.suggested,
-            springs: None,
+            skin: None,
             replay: None,
             stamp: self.stamp(),
         }
@@ -253,7 +253,7 @@ impl State {
 fn panel(ui: &mut egui::Ui, state: &mut State) {
     let stamp = state.stamp();
     let State { project, face, outcome, view, focus, commands, suggested } = state;
-    let scene = Scene { project, outcome, face, suggested, springs: None, replay: None, stamp };
+    let scene = Scene { project, outcome, face, suggested, skin: None, replay: None, stamp };
     forces::show(ui, scene, view, focus, commands);
     // As the application does.
     for command in commands.iter() {

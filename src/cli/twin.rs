@@ -12,9 +12,10 @@ use super::progress::Progress;
 use super::simulate::{named, within};
 use crate::export::csv::{self, TruthRow};
 use crate::face::{self, FaceModel};
+use crate::forces::{Material, Sheet};
 use crate::frames::Frame;
 use crate::project::{FrameRef, Project, file};
-use crate::simulate::{Ended, Material, Sheet};
+use crate::simulate::Ended;
 use crate::study::membrane_truth::{MembraneFace, MembraneSettings, MembraneTruth};
 use crate::study::{Twin, TwinSettings, Wish, scene};
 

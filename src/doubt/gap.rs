@@ -1,15 +1,14 @@
-//! How far a mark lies from where its neighbours say it should be, in px and, through the springs, in newton.
+//! How far a mark lies from where its neighbours say it should be, in px and, through the skin, in newton.
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::Point2;
 
 use crate::face::FaceModel;
-use crate::forces::Springs;
+use crate::forces::Skin;
 use crate::marking::consistency::{Consistency, Expected, Placed};
 use crate::pipeline::Outcome;
 use crate::project::{Mark, Project};
-use crate::skin::StressStrainCurve;
 
 /// A mark against its neighbours.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,11 +41,11 @@ pub(super) fn mark_of(project: &Project, vertex: u32) -> Option<Point2<f64>> {
 }
 
 /// The gap of one marked point of the last frame; nothing where it is not marked or too few neighbours are.
-pub fn gap(project: &Project, face: &FaceModel, outcome: &Outcome, springs: &Springs, vertex: u32) -> Option<Gap> {
+pub fn gap(project: &Project, face: &FaceModel, outcome: &Outcome, skin: &Skin, vertex: u32) -> Option<Gap> {
     let marks = marks_with(project, vertex);
     let px_per_mm = outcome.camera.px_per_mm;
     let expected = Consistency::of(face.mesh(), &outcome.first_in_image, &marks, px_per_mm).expected(vertex)?;
-    from_expected(project, outcome, springs, vertex, expected)
+    from_expected(project, outcome, skin, vertex, expected)
 }
 
 /// The marks that count, and that of a vertex whatever its state: a mark in doubt is weighed, too, but weighs nothing for others.
@@ -57,58 +56,31 @@ fn marks_with(project: &Project, vertex: u32) -> BTreeMap<u32, Placed> {
     marks.filter(|(v, m)| counts(v, m)).map(|(v, m)| (v, placed(&m))).collect()
 }
 
-fn from_expected(
-    project: &Project,
-    outcome: &Outcome,
-    springs: &Springs,
-    vertex: u32,
-    expected: Expected,
-) -> Option<Gap> {
+fn from_expected(project: &Project, outcome: &Outcome, skin: &Skin, vertex: u32, expected: Expected) -> Option<Gap> {
     let at = Point2::from(project.features.get(&vertex)?.last?.at_px);
     let here = *outcome.last.get(vertex as usize)?;
     // The skin about the point is moved within the picture's plane, by as much as the picture says at its depth.
     let camera = &outcome.camera;
     let at_depth = |p: &Point2<f64>| camera.face_from_image(p, here.z);
     let there = here + (at_depth(&expected.at) - at_depth(&at));
-    let curve = &project.settings.skin;
-    let change = pull(springs, curve, outcome, vertex, &here) - pull(springs, curve, outcome, vertex, &there);
+    let known: Vec<bool> =
+        outcome.states.iter().enumerate().map(|(v, s)| s.is_known() || v == vertex as usize).collect();
+    let mut moved = outcome.last.clone();
+    moved[vertex as usize] = there;
+    let change = skin.muscle_force_on(vertex, &outcome.last, &known) - skin.muscle_force_on(vertex, &moved, &known);
     Some(Gap { vertex, expected, px: (at - expected.at).norm(), newton: change.norm() })
 }
 
-/// The muscles' force on a vertex that stands at `at` while its neighbours stand as they are, N.
-fn pull(
-    springs: &Springs,
-    curve: &StressStrainCurve,
-    outcome: &Outcome,
-    vertex: u32,
-    at: &Point3<f64>,
-) -> Vector3<f64> {
-    let mut force = Vector3::zeros();
-    for &e in springs.springs_of_vertex(vertex as usize) {
-        let [a, b] = springs.edges()[e as usize];
-        let other = if a == vertex { b } else { a } as usize;
-        if !outcome.states[other].is_known() {
-            continue;
-        }
-        let along = at - outcome.last[other];
-        let length = along.norm();
-        if length > 0.0 {
-            force += along / length * springs.tension(e as usize, curve, length);
-        }
-    }
-    force
-}
-
 /// Every mark of the last frame against its neighbours, worst first: by the distance in standard errors.
-pub fn gaps(project: &Project, face: &FaceModel, outcome: &Outcome, springs: &Springs) -> Vec<Gap> {
+pub fn gaps(project: &Project, face: &FaceModel, outcome: &Outcome, skin: &Skin) -> Vec<Gap> {
     let px_per_mm = outcome.camera.px_per_mm;
     let data: BTreeMap<u32, Placed> = marks_with(project, u32::MAX);
     let all = Consistency::of(face.mesh(), &outcome.first_in_image, &data, px_per_mm).all();
     let in_doubt = project.features.iter().filter(|(v, f)| f.last.is_some() && !data.contains_key(v));
     let mut gaps: Vec<Gap> = all
         .into_iter()
-        .filter_map(|(v, expected)| from_expected(project, outcome, springs, v, expected))
-        .chain(in_doubt.filter_map(|(&v, _)| gap(project, face, outcome, springs, v)))
+        .filter_map(|(v, expected)| from_expected(project, outcome, skin, v, expected))
+        .chain(in_doubt.filter_map(|(&v, _)| gap(project, face, outcome, skin, v)))
         .collect();
     let in_errors = |g: &Gap| g.px / g.expected.sigma_px.max(1e-9);
     gaps.sort_by(|a, b| in_errors(b).total_cmp(&in_errors(a)));
@@ -142,7 +114,7 @@ mod tests {
         let size = [1036, 1036];
         let mut workspace = Workspace::default();
         let outcome = solve(&project, face, size, &mut workspace);
-        let list = gaps(&project, face, &outcome, workspace.springs().unwrap());
+        let list = gaps(&project, face, &outcome, workspace.skin().unwrap());
         assert_eq!(list[0].vertex, vertex);
         assert!((list[0].px - 6.0).abs() < 1.5 && list[0].stands_out(), "{:?}", list[0]);
         let mended = list[0].expected.at;

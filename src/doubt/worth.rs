@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use crate::face::FaceModel;
-use crate::forces::{Springs, force_jacobian_blocks};
+use crate::forces::Skin;
 use crate::pipeline::Outcome;
 use crate::project::{MarkState, Project};
 
@@ -21,21 +21,21 @@ pub struct Worth {
 
 /// The points of `chosen` that are not marked in the last frame, or marked in doubt, by what a mark of them is worth; most first.
 ///
-/// A step e of the point in the picture moves its vertex by S e and changes the forces by −B_e S e at the other end of each spring and
-/// Σ B_e S e at the vertex itself (B: [`force_jacobian_blocks`]), so that in the mean over directions
+/// A step e of the point i in the picture moves its vertex by S e and changes the forces by −B_ji S e at each neighbour j and
+/// Σ B_ij S e at the vertex itself ([`ForceSlopes`](crate::forces::ForceSlopes)), so that in the mean over directions
 ///
-/// ‖δF‖² = ½ (‖Σ B_e S‖² + Σ ‖B_e S‖²)
+/// ‖δF‖² = ½ (‖Σ B_ij S‖² + Σ ‖B_ji S‖²)
 ///
-/// over the springs to vertices that are known or are to be marked as well. Points that the camera does not see are left out.
+/// over the neighbours that are known or are to be marked as well. Points that the camera does not see are left out.
 pub fn worth_marking(
     project: &Project,
     face: &FaceModel,
     outcome: &Outcome,
-    springs: &Springs,
+    skin: &Skin,
     chosen: &[u32],
 ) -> Vec<Worth> {
     let vertices = face.mesh().len();
-    if outcome.last.len() != vertices || springs.vertices() != vertices {
+    if outcome.last.len() != vertices || skin.springs().vertices() != vertices {
         return Vec::new();
     }
     let mut counts: Vec<bool> = outcome.states.iter().map(|s| s.is_known()).collect();
@@ -44,7 +44,7 @@ pub fn worth_marking(
             *counts = true;
         }
     }
-    let blocks = force_jacobian_blocks(springs, &project.settings.skin, &outcome.last, Some(&counts));
+    let slopes = skin.slopes(&outcome.last, &counts);
     let slope = outcome.camera.ray_slope();
     let worth = |vertex: u32| {
         let mut own = Matrix3::zeros();
@@ -53,9 +53,9 @@ pub fn worth_marking(
         let camera = &outcome.camera;
         let depth = camera.z_prp_mm - outcome.last[vertex as usize].z;
         let follows = slope * (depth / (camera.z_prp_mm - camera.z_vp_mm));
-        for &e in springs.springs_of_vertex(vertex as usize) {
-            own += blocks[e as usize];
-            others += (blocks[e as usize] * follows).norm_squared();
+        for (_, block) in slopes.at(vertex as usize) {
+            own += block;
+            others += (block.transpose() * follows).norm_squared();
         }
         (f64::midpoint((own * follows).norm_squared(), others)).sqrt()
     };
@@ -100,7 +100,7 @@ mod tests {
         let size = [1036, 1036];
         let mut workspace = Workspace::default();
         let outcome = solve(&project, face, size, &mut workspace);
-        let list = worth_marking(&project, face, &outcome, workspace.springs().unwrap(), &[vertex]);
+        let list = worth_marking(&project, face, &outcome, workspace.skin().unwrap(), &[vertex]);
         assert!(list.len() == 1 && list[0].uncertain);
         let at = project.features[&vertex].last.unwrap().at_px;
         let h = 1e-3;
@@ -130,7 +130,7 @@ mod tests {
         }
         let mut workspace = Workspace::default();
         let outcome = solve(&project, face, [1036, 1036], &mut workspace);
-        let list = worth_marking(&project, face, &outcome, workspace.springs().unwrap(), &marked);
+        let list = worth_marking(&project, face, &outcome, workspace.skin().unwrap(), &marked);
         assert_eq!(list.len(), 20);
         assert!(list.windows(2).all(|w| w[0].newton_per_px >= w[1].newton_per_px) && list[0].newton_per_px > 0.0);
         assert!(list.iter().all(|w| open.contains(&w.vertex) && !w.uncertain));

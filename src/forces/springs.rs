@@ -155,6 +155,24 @@ impl Springs {
     }
 }
 
+/// What stiffness is given to a direction that has none, as a share of the skin's own: so little moves nothing wrongly, and a
+/// saturated sheet can still be stepped.
+pub(super) const LEAST_SHARE: f64 = 1e-3;
+
+/// s and q of s I + q a aᵀ, for a spring along a (mm) that answers with this energy, tension T (N) and
+/// its slope k (N/mm), and has the stiffness `toe` at rest (N/mm):
+/// k d dᵀ + max(0, T/L) (I − d dᵀ) along d = a / L, the stiffness of a spring without what would make it push sideways (Choi and Ko
+/// 2002).
+#[inline]
+pub(crate) fn positive_stiffness([_, tension, slope]: [f64; 3], toe: f64, length_mm: f64) -> [f64; 2] {
+    let slope = slope.max(LEAST_SHARE * toe);
+    if length_mm < 1e-9 {
+        return [slope, 0.0];
+    }
+    let sideways = (tension / length_mm).max(0.0);
+    [sideways, (slope - sideways) / (length_mm * length_mm)]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

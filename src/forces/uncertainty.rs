@@ -8,32 +8,70 @@ use rayon::prelude::*;
 use super::Springs;
 use crate::skin::StressStrainCurve;
 
-/// The true Jacobian of every spring's force: the 3 × 3 block B_e, N/mm, with ends a < b and F the *external* (muscle) force:
+/// ∂F/∂x of the *external* (muscle) forces F, as one 3 × 3 block a pair of neighbours, N/mm:
 ///
-/// B = f′(L) u uᵀ + (f/L)(I − u uᵀ),   u = (x_a − x_b)/L
+/// δF_i = Σ_j B_ij (δx_i − δx_j),   B_ji = B_ijᵀ
 ///
-/// ∂F_a/∂x_a += B,   ∂F_a/∂x_b = −B,   and the same with a and b exchanged.
-///
-/// The first part is the stretching of the spring, the second its turning: negative, and so softening, in compression. At a
-/// corner of the skin's table f′ is the slope to the right. Zero for a spring that carries nothing or has no length.
-pub fn force_jacobian_blocks(
-    springs: &Springs,
-    curve: &StressStrainCurve,
-    positions: &[Point3<f64>],
-    active: Option<&[bool]>,
-) -> Vec<Matrix3<f64>> {
-    let block = |e: usize| {
-        let along = springs.along(e, positions);
-        let length = along.norm();
-        if length == 0.0 || !springs.is_active(e, active) {
-            return Matrix3::zeros();
-        }
-        let turning = springs.tension(e, curve, length) / length;
-        let stretching = springs.tangent_stiffness(e, curve, length);
-        let u = along / length;
-        Matrix3::from_diagonal_element(turning) + u * u.transpose() * (stretching - turning)
-    };
-    (0..springs.edges().len()).into_par_iter().with_min_len(PARALLEL_FROM).map(block).collect()
+/// so that ∂F_i/∂x_j = −B_ij and ∂F_i/∂x_i = Σ_j B_ij: a shift of all skin changes nothing.
+#[derive(Clone, Debug)]
+pub struct ForceSlopes<'a> {
+    /// Whose edges the blocks belong to.
+    springs: &'a Springs,
+    /// B_ab of every edge with ends a < b.
+    blocks: Vec<Matrix3<f64>>,
+}
+
+impl<'a> ForceSlopes<'a> {
+    /// Of springs:
+    ///
+    /// B = f′(L) u uᵀ + (f/L)(I − u uᵀ),   u = (x_a − x_b)/L
+    ///
+    /// The first part is the stretching of the spring, the second its turning: negative, and so softening, in compression. At a
+    /// corner of the skin's table f′ is the slope to the right. Zero for a spring that carries nothing or has no length.
+    pub fn of_springs(
+        springs: &'a Springs,
+        curve: &StressStrainCurve,
+        positions: &[Point3<f64>],
+        active: Option<&[bool]>,
+    ) -> Self {
+        let block = |e: usize| {
+            let along = springs.along(e, positions);
+            let length = along.norm();
+            if length == 0.0 || !springs.is_active(e, active) {
+                return Matrix3::zeros();
+            }
+            let turning = springs.tension(e, curve, length) / length;
+            let stretching = springs.tangent_stiffness(e, curve, length);
+            let u = along / length;
+            Matrix3::from_diagonal_element(turning) + u * u.transpose() * (stretching - turning)
+        };
+        let edges = 0..springs.edges().len();
+        Self { springs, blocks: edges.into_par_iter().with_min_len(PARALLEL_FROM).map(block).collect() }
+    }
+
+    /// Of blocks B_ab that are known, one an edge of the mesh (a < b).
+    pub(super) fn of_blocks(springs: &'a Springs, blocks: Vec<Matrix3<f64>>) -> Self {
+        Self { springs, blocks }
+    }
+
+    /// Number of vertices.
+    pub fn len(&self) -> usize {
+        self.springs.vertices()
+    }
+
+    /// Whether there are no vertices.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The neighbours j of a vertex i, and B_ij.
+    pub fn at(&self, vertex: usize) -> impl Iterator<Item = (usize, Matrix3<f64>)> + '_ {
+        self.springs.springs_of_vertex(vertex).iter().map(move |&e| {
+            let [a, b] = self.springs.edges()[e as usize].map(|v| v as usize);
+            let block = &self.blocks[e as usize];
+            if a == vertex { (b, *block) } else { (a, block.transpose()) }
+        })
+    }
 }
 
 /// Below so many items the work stays on one thread.
@@ -114,27 +152,19 @@ pub struct Common {
 
 /// Standard error of the force on every vertex, N: the root mean square length of its error vector.
 ///
-/// δF_i = Σ_e B_e (δx_i − δx_j) over the springs e = (i, j) at i, so that
+/// δF_i = Σ_j B_ij (δx_i − δx_j) over the neighbours j of i ([`ForceSlopes`]), so that
 ///
 /// σ_i² = tr Cov(F_i) = Σ_m σ_m² (‖A_m‖² + 2 ⟨A_m, D G_m⟩) + tr(D Σ Dᵀ)
 ///
-/// A_m = (Σ_e B_e (w_im − w_jm)) S_m,   D = Σ_e B_e (C_i − C_j)
+/// A_m = (Σ_j B_ij (w_im − w_jm)) S_m,   D = Σ_j B_ij (C_i − C_j)
 ///
 /// First order in the marking error: exact for a small one, within a few per cent as long as it does not carry springs over a
 /// corner of the skin's table. `out` is given one number a vertex.
-pub fn standard_errors(
-    springs: &Springs,
-    curve: &StressStrainCurve,
-    positions: &[Point3<f64>],
-    active: Option<&[bool]>,
-    influence: &MarkInfluence,
-    out: &mut Vec<f64>,
-) {
-    let blocks = force_jacobian_blocks(springs, curve, positions, active);
-    out.resize(springs.vertices(), 0.0);
+pub fn standard_errors(slopes: &ForceSlopes<'_>, influence: &MarkInfluence, out: &mut Vec<f64>) {
+    out.resize(slopes.len(), 0.0);
     out.par_iter_mut().enumerate().with_min_len(PARALLEL_FROM / 4).for_each_init(
         || Gathered::new(influence.sigma_px.len()),
-        |gathered, (i, sigma)| *sigma = gathered.variance(i, springs, &blocks, influence).sqrt(),
+        |gathered, (i, sigma)| *sigma = gathered.variance(i, slopes, influence).sqrt(),
     );
 }
 
@@ -159,24 +189,13 @@ pub struct SpreadInfluence<'a> {
 
 /// Standard error of the force on every vertex, N, as [`standard_errors`], for positions whose errors go together:
 ///
-/// σ_i² = Σ_jl ⟨A_ij S_j, A_il S_l⟩ (g_j · g_l) + |Σ_j A_ij S_j d_j|² + tr(D Σ Dᵀ),   A_ii = Σ_e B_e,  A_ij = −B_e
-pub fn standard_errors_of_spread(
-    springs: &Springs,
-    curve: &StressStrainCurve,
-    positions: &[Point3<f64>],
-    active: Option<&[bool]>,
-    influence: &SpreadInfluence<'_>,
-    out: &mut Vec<f64>,
-) {
-    let blocks = force_jacobian_blocks(springs, curve, positions, active);
+/// σ_i² = Σ_jl ⟨A_ij S_j, A_il S_l⟩ (g_j · g_l) + |Σ_j A_ij S_j d_j|² + tr(D Σ Dᵀ),   A_ii = Σ_j B_ij,  A_ij = −B_ij
+pub fn standard_errors_of_spread(slopes: &ForceSlopes<'_>, influence: &SpreadInfluence<'_>, out: &mut Vec<f64>) {
     let variance = |i: usize| {
         let mut own = Matrix3::zeros();
         let mut shared = Matrix3x6::zeros();
         let mut parts: Vec<(Matrix3x2<f64>, u32)> = Vec::new();
-        for &e in springs.springs_of_vertex(i) {
-            let b = &blocks[e as usize];
-            let [p, q] = springs.edges()[e as usize];
-            let j = if p as usize == i { q } else { p } as usize;
+        for (j, b) in slopes.at(i) {
             own += b;
             if let Some(column) = influence.column[j] {
                 parts.push((-b * influence.slope_mm_per_px[j], column));
@@ -201,11 +220,11 @@ pub fn standard_errors_of_spread(
         }
         variance.max(0.0)
     };
-    out.resize(springs.vertices(), 0.0);
+    out.resize(slopes.len(), 0.0);
     out.par_iter_mut().enumerate().with_min_len(PARALLEL_FROM / 4).for_each(|(i, sigma)| *sigma = variance(i).sqrt());
 }
 
-/// The sum Σ_e B_e (w_im − w_jm) of every mark that touches one vertex; memory used again for the next.
+/// The sum Σ_j B_ij (w_im − w_jm) of every mark that touches one vertex; memory used again for the next.
 struct Gathered {
     /// Where a mark's sum is in `sums`, plus 1; 0 for a mark not met.
     place: Vec<u32>,
@@ -227,13 +246,10 @@ impl Gathered {
     }
 
     /// tr Cov(F_i), N².
-    fn variance(&mut self, i: usize, springs: &Springs, blocks: &[Matrix3<f64>], influence: &MarkInfluence) -> f64 {
+    fn variance(&mut self, i: usize, slopes: &ForceSlopes<'_>, influence: &MarkInfluence) -> f64 {
         let mut own = Matrix3::zeros();
         let mut shared = Matrix3x6::zeros();
-        for &e in springs.springs_of_vertex(i) {
-            let b = &blocks[e as usize];
-            let [p, q] = springs.edges()[e as usize];
-            let j = if p as usize == i { q } else { p } as usize;
+        for (j, b) in slopes.at(i) {
             own += b;
             for (mark, weight) in influence.weights.row(j) {
                 self.add(mark, b * -weight);
@@ -279,7 +295,7 @@ mod tests {
         let x = shaken(mesh.positions(), 0.6, 5);
         let mut active = vec![true; mesh.len()];
         active[7] = false;
-        let blocks = force_jacobian_blocks(&springs, &curve, &x, Some(&active));
+        let slopes = ForceSlopes::of_springs(&springs, &curve, &x, Some(&active));
         for j in 0..mesh.len() {
             for axis in 0..3 {
                 let mut e = Vector3::zeros();
@@ -291,11 +307,9 @@ mod tests {
                 };
                 let (up, down) = (moved(1.0), moved(-1.0));
                 let mut exact = vec![Vector3::zeros(); mesh.len()];
-                for &s in springs.springs_of_vertex(j) {
-                    let [a, b] = springs.edges()[s as usize].map(|i| i as usize);
-                    let column: Vector3<f64> = blocks[s as usize].column(axis).into();
-                    exact[j] += column;
-                    exact[if a == j { b } else { a }] -= column;
+                for (i, block) in slopes.at(j) {
+                    exact[j] += Vector3::from(block.column(axis));
+                    exact[i] -= Vector3::from(block.row(axis).transpose());
                 }
                 for i in 0..mesh.len() {
                     let d = (up[i] - down[i]) / (2.0 * h);
@@ -321,7 +335,7 @@ mod tests {
         // At rest every strain is rounding error: take the slope of the stretched side by stretching a little.
         let x: Vec<_> = mesh.positions().iter().map(|p| Point3::from(p.coords * (1.0 + 1e-9))).collect();
         let mut sigma_n = Vec::new();
-        standard_errors(&springs, &curve, &x, None, &influence, &mut sigma_n);
+        standard_errors(&ForceSlopes::of_springs(&springs, &curve, &x, None), &influence, &mut sigma_n);
         // k = h w E / l with w = √3/2 l and E = 36.2 kPa.
         let k = 1.5 * 3.0_f64.sqrt() / 2.0 * 36.2e-3;
         let inner = 3 * 7 + 3;
@@ -346,7 +360,7 @@ mod tests {
             common: None,
         };
         let mut of_marks = Vec::new();
-        standard_errors(&springs, &curve, &x, None, &marks, &mut of_marks);
+        standard_errors(&ForceSlopes::of_springs(&springs, &curve, &x, None), &marks, &mut of_marks);
         let spread_px = DMatrix::from_diagonal(&nalgebra::DVector::from_vec(sigma_px));
         let mut off_px = vec![Vector2::zeros(); n];
         let of_spread = |off_px: &[Vector2<f64>]| {
@@ -358,7 +372,7 @@ mod tests {
                 common: None,
             };
             let mut out = Vec::new();
-            standard_errors_of_spread(&springs, &curve, &x, None, &influence, &mut out);
+            standard_errors_of_spread(&ForceSlopes::of_springs(&springs, &curve, &x, None), &influence, &mut out);
             out
         };
         for (a, b) in of_marks.iter().zip(of_spread(&off_px)) {
@@ -428,7 +442,7 @@ mod tests {
             }),
         };
         let mut claimed = Vec::new();
-        standard_errors(&springs, &curve, &x, Some(&active), &influence, &mut claimed);
+        standard_errors(&ForceSlopes::of_springs(&springs, &curve, &x, Some(&active)), &influence, &mut claimed);
 
         let mean = forces(&springs, &curve, &x, &active);
         let mut squares = vec![0.0; n];

@@ -329,9 +329,9 @@ impl App {
             ..
         } = self;
         let suggested = &suggesting.shown;
-        let (project, springs) = (document.history.project(), solver.workspace.springs());
+        let (project, skin) = (document.history.project(), solver.workspace.skin());
         let replay = view.frames.replay.on.then(|| replay_work.of(*stamp));
-        let scene = Scene { project, outcome, face, suggested, springs, replay, stamp: *stamp };
+        let scene = Scene { project, outcome, face, suggested, skin, replay, stamp: *stamp };
         egui::Panel::top("menu").show(ui, |ui| panels::menu::show(ui, view, &title, &state, recent, commands));
         egui::Panel::bottom("status").exact_size(26.0).show(ui, |ui| {
             panels::status::show(ui, scene, view, jobs, commands);
@@ -370,13 +370,13 @@ impl App {
     /// What every panel may read.
     pub(super) fn scene(&self) -> Scene<'_> {
         let suggested = &self.suggesting.shown;
-        let springs = self.solver.workspace.springs();
+        let skin = self.solver.workspace.skin();
         Scene {
             project: self.project(),
             outcome: &self.outcome,
             face: &self.face,
             suggested,
-            springs,
+            skin,
             replay: self.view.frames.replay.on.then(|| self.replay_work.of(self.stamp)),
             stamp: self.stamp,
         }

@@ -50,7 +50,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::face::FaceModel;
-use crate::forces::Springs;
+use crate::forces::Skin;
 use crate::pipeline::Outcome;
 use crate::project::Project;
 
@@ -65,8 +65,8 @@ pub struct Scene<'a> {
     pub face: &'a FaceModel,
     /// Places that are suggested for points without a mark: shown, never data.
     pub suggested: &'a suggesting::Suggested,
-    /// The springs of the outcome.
-    pub springs: Option<&'a Springs>,
+    /// The skin of the outcome.
+    pub skin: Option<&'a Skin>,
     /// The simulated last frame, while it is to be shown.
     pub replay: Option<replay_work::Replayed<'a>>,
     /// Which face and which outcome these are.

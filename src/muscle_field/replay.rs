@@ -7,10 +7,13 @@ use super::analysis::{Analysis, Pull};
 use crate::displacement::VertexState;
 use crate::expression::held;
 use crate::face::FaceModel;
+use crate::forces::{Membrane, Skin};
 use crate::muscle::Fibre;
 use crate::pipeline::Outcome;
 use crate::project::{Project, Role};
-use crate::simulate::{Ended, EquilibriumSolver, OutOfMemory, SkinLaw, System, SystemError, SystemOptions};
+use crate::simulate::{
+    Ended, EquilibriumSolver, MembraneSolver, OutOfMemory, SkinLaw, System, SystemError, SystemOptions,
+};
 
 /// The last frame twice: as it was marked, and as the forces make it.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +45,12 @@ pub struct Simulated {
     pub ended: Ended,
     /// Triangles that turned over.
     pub folded: usize,
+}
+
+/// Where skin comes to rest, by its model.
+enum Solver<'a> {
+    Springs(Box<EquilibriumSolver>),
+    Membrane(&'a Membrane, Box<MembraneSolver>),
 }
 
 /// Why there is nothing to compare.
@@ -122,11 +131,18 @@ impl Replay {
             ..SystemOptions::default()
         };
         let mut system = System::new(mesh, &outcome.first, &fixed, None, options)?;
-        let mut solver = EquilibriumSolver::new(&system)?;
+        let skin = Skin::new(mesh, &outcome.first, &settings.skin_spec());
+        let mut solver = match skin.membrane() {
+            None => Solver::Springs(Box::new(EquilibriumSolver::new(&system)?)),
+            Some(membrane) => Solver::Membrane(membrane, Box::new(MembraneSolver::new(membrane, &system)?)),
+        };
         let normals = mesh.vertex_normals(&outcome.first);
         let mut simulated = |loads: Vec<Vector3<f64>>| -> Result<Simulated, ReplayError> {
             system.set_loads(loads)?;
-            let found = solver.solve(&system, &outcome.first);
+            let found = match &mut solver {
+                Solver::Springs(solver) => solver.solve(&system, &outcome.first),
+                Solver::Membrane(membrane, solver) => solver.solve(membrane, &system, &outcome.first),
+            };
             Ok(compared(outcome, &points, &normals, found))
         };
         let seen = |v: u32| (outcome.last[v as usize], outcome.first[v as usize]);
@@ -231,7 +247,7 @@ mod tests {
     use crate::face;
     use crate::fit::activations::activations;
     use crate::fit::{Compare, Noise, Sample};
-    use crate::forces::{Springs, muscle_forces};
+    use crate::forces::SkinModel;
     use crate::muscle::{LawKind, MuscleLaw};
     use crate::pipeline::{self, ForceField, Workspace};
     use crate::project::Feature;
@@ -240,8 +256,13 @@ mod tests {
     /// forces there, the fit finds the strengths, and the simulation must lead to the same place again.
     #[test]
     fn what_two_muscles_did_is_given_back_by_the_forces_and_by_the_muscles_found() {
+        SkinModel::ALL.into_iter().for_each(two_muscles);
+    }
+
+    fn two_muscles(model: SkinModel) {
         let face = face::generic();
         let (mesh, mut project) = (face.mesh(), Project::default());
+        project.settings.skin_model = model;
         let mut outcome = pipeline::solve(&project, &face, [1036, 1036], &mut Workspace::default());
         let (all, _) = fibres(&face, &outcome.first);
         let all: Vec<Fibre> = all.into_iter().map(|of| of.fibre).collect();
@@ -262,11 +283,14 @@ mod tests {
         assert!(held[still as usize] && held[fixed as usize]);
         let mut system = System::new(mesh, &outcome.first, &held, None, options).unwrap();
         system.set_loads(loads).unwrap();
-        let truth = EquilibriumSolver::new(&system).unwrap().solve(&system, &outcome.first).positions;
-        let settings = &project.settings;
-        let springs = Springs::new(mesh, &outcome.first, settings.springs, settings.skin_thickness_mm);
+        let skin = Skin::new(mesh, &outcome.first, &project.settings.skin_spec());
+        let truth = match skin.membrane() {
+            None => EquilibriumSolver::new(&system).unwrap().solve(&system, &outcome.first),
+            Some(membrane) => MembraneSolver::new(membrane, &system).unwrap().solve(membrane, &system, &outcome.first),
+        }
+        .positions;
         let mut force = Vec::new();
-        muscle_forces(&springs, &settings.skin, &truth, None, &mut force);
+        skin.muscle_forces(&truth, &vec![true; mesh.len()], &mut force);
         outcome.states = vec![VertexState::Measured; mesh.len()];
         outcome.field = ForceField { force, ..ForceField::default() };
         outcome.last_in_image = truth.iter().map(|x| outcome.camera.image_from_face(x)).collect();
@@ -287,9 +311,9 @@ mod tests {
         assert_eq!(replay.of_forces.ended, Ended::Converged);
         // What is left is due to normals: the mesh's in one place, the smooth skull's in the other.
         let share = replay.explained(&replay.of_forces);
-        assert!(share > 0.998, "{share} of the motion under the forces themselves");
+        assert!(share > 0.998, "{model:?} {share} of the motion under the forces themselves");
         let share = replay.explained(&replay.of_muscles);
-        assert!(share > 0.98, "{share} of the motion under the muscles found");
+        assert!(share > 0.98, "{model:?} {share} of the motion under the muscles found");
         let (left, went) = (Spread::of(&replay.of_muscles.distance_mm), Spread::of(&replay.motion_mm));
         assert!(left.rms < 0.15 * went.rms && left.mean <= left.rms && left.rms <= left.largest);
         for v in [still as usize, fixed as usize] {

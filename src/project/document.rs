@@ -8,7 +8,7 @@ use crate::camera::Scale;
 use crate::customize::CustomizeSettings;
 use crate::displacement::regularised::WeightRule;
 use crate::displacement::{DepthRule, UnmarkedRule};
-use crate::forces::SpringRule;
+use crate::forces::{SkinModel, SkinSpec, SpringRule};
 use crate::skin::StressStrainCurve;
 
 /// A pair of frames, the marks on them and the settings of the chain. Small, holds no pixels; changed by `Edit` alone.
@@ -251,6 +251,9 @@ pub struct Settings {
     pub skin: StressStrainCurve,
     /// Thickness of the skin, mm. Default 1.5, from the histology and ultrasound of facial skin (total 1.2–2.0 mm).
     pub skin_thickness_mm: f64,
+    /// What resists between the points; not written where it is the thesis's springs.
+    #[serde(skip_serializing_if = "SkinModel::is_springs")]
+    pub skin_model: SkinModel,
     /// How an edge becomes a spring.
     pub springs: SpringRule,
     /// Standard deviation of a plain mark along each axis, px. Default 1: two people on a painted grid agree to 1–2 px.
@@ -268,9 +271,22 @@ impl Default for Settings {
             field: FieldWay::default(),
             skin: StressStrainCurve::default(),
             skin_thickness_mm: 1.5,
+            skin_model: SkinModel::default(),
             springs: SpringRule::default(),
             marking_sigma_px: 1.0,
             remove_head_motion: true,
+        }
+    }
+}
+
+impl Settings {
+    /// The skin, as the chain takes it.
+    pub fn skin_spec(&self) -> SkinSpec {
+        SkinSpec {
+            model: self.skin_model,
+            rule: self.springs,
+            thickness_mm: self.skin_thickness_mm,
+            curve: self.skin.clone(),
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::skin_law::stiffness;
 use super::system::{State, System};
+use crate::forces::springs::positive_stiffness;
 
 /// What the parts of the total energy are, mJ.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,7 +28,7 @@ impl Energy {
 pub(super) struct Pulls {
     /// The force on every vertex but damping, N.
     pub(super) forces: Vec<Vector3<f64>>,
-    /// Every spring's [`stiffness`].
+    /// Every spring's [`positive_stiffness`].
     pub(super) springs: Vec<[f64; 2]>,
 }
 
@@ -42,7 +42,7 @@ impl System {
     pub(super) fn pulls(&self, x: &[Point3<f64>], out: &mut Pulls) -> f64 {
         let Pulls { forces, springs } = out;
         springs.clear();
-        self.forces_and(x, forces, |e, answer, length| springs.push(stiffness(answer, self.toes[e], length)))
+        self.forces_and(x, forces, |e, answer, length| springs.push(positive_stiffness(answer, self.toes[e], length)))
     }
 
     /// The same; `told` hears of every spring its number, what it answers, and its length (mm).

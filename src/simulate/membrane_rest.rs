@@ -8,9 +8,9 @@ use nalgebra::{Matrix2, Matrix3, Matrix3x2, Point3, Vector3};
 
 use super::equilibrium::{Ended, Equilibrium};
 use super::line_search::Search;
-use super::membrane::Membrane;
 use super::newton::OutOfMemory;
 use super::system::System;
+use crate::forces::Membrane;
 
 /// Finds equilibria of a membrane; the pattern of its matrix is ordered once.
 #[derive(Debug)]
@@ -98,7 +98,7 @@ impl MembraneSolver {
         };
         let mut forces = Vec::new();
         let pull = |x: &[Point3<f64>], forces: &mut Vec<Vector3<f64>>| {
-            let energy = membrane.forces(x, forces) - work(x);
+            let energy = membrane.forces(x, None, forces) - work(x);
             for (i, f) in forces.iter_mut().enumerate() {
                 *f += system.given(i);
             }
@@ -148,9 +148,8 @@ impl MembraneSolver {
     ) -> Option<Vec<Vector3<f64>>> {
         let mut diagonal = vec![Matrix3::zeros(); x.len()];
         let mut beside = vec![Matrix3::zeros(); self.edges.len()];
-        let mut sides = self.sides.iter();
-        membrane.stiffness(x, whole, |corners, k| {
-            let Some(sides) = sides.next() else { return };
+        membrane.stiffness(x, None, whole, |element, corners, k| {
+            let Some(sides) = self.sides.get(element) else { return };
             for c in 0..3 {
                 diagonal[corners[c] as usize] += k[c][c];
                 let d = (c + 1) % 3;
@@ -213,4 +212,42 @@ fn positive_within(m: &Matrix3<f64>, basis: &Matrix3<f64>) -> Matrix3<f64> {
     let eigen = nalgebra::SymmetricEigen::new(Matrix2::from(plane.transpose() * m * plane));
     let kept = eigen.eigenvalues.map(|l| l.max(0.0));
     plane * eigen.eigenvectors * Matrix2::from_diagonal(&kept) * eigen.eigenvectors.transpose() * plane.transpose()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::face::patches::{right_angled, shaken};
+    use crate::forces::{Material, Sheet};
+    use crate::simulate::SystemOptions;
+
+    /// A shear by 0.1 and a stretch by 17 %.
+    fn sheared(x: &[Point3<f64>]) -> Vec<Point3<f64>> {
+        x.iter().map(|p| Point3::new(p.x + p.y * 0.1, p.y * 1.17, p.z)).collect()
+    }
+
+    /// The patch test of the solver: held along one side and pulled on the border with what a uniform shear and stretch needs, an irregular patch
+    /// takes that shape, to the tolerance.
+    #[test]
+    fn the_equilibrium_under_a_uniform_traction_is_a_uniform_stretch() {
+        let flat = right_angled(6, 6, 6.0, 5.0);
+        let place = |(p, q): (&Point3<f64>, &Point3<f64>)| if q.y == 0.0 { *q } else { Point3::new(p.x, p.y, 0.0) };
+        let mesh =
+            flat.with_positions(shaken(flat.positions(), 0.9, 2).iter().zip(flat.positions()).map(place).collect());
+        let mesh = mesh.unwrap();
+        let fixed: Vec<bool> = mesh.positions().iter().map(|p| p.y == 0.0).collect();
+        let options = SystemOptions { repulsion: None, pre_tension_kpa: 0.0, ..SystemOptions::default() };
+        let aim = sheared(mesh.positions());
+        for material in [Material::Fibres, Material::Principal] {
+            let membrane = Membrane::new(&mesh, mesh.positions(), Sheet { material, ..Sheet::default() });
+            let mut system = System::new(&mesh, mesh.positions(), &fixed, None, options.clone()).unwrap();
+            let mut pull = Vec::new();
+            membrane.forces(&aim, None, &mut pull);
+            system.set_loads(pull.iter().map(|f| -f).collect()).unwrap();
+            let found = MembraneSolver::new(&membrane, &system).unwrap().solve(&membrane, &system, mesh.positions());
+            assert_eq!(found.ended, Ended::Converged);
+            let off = found.positions.iter().zip(&aim).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+            assert!(off < 1e-5 && found.folded.is_empty(), "{material:?} {off}");
+        }
+    }
 }

@@ -11,8 +11,8 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 
 use super::integrator::Room;
-use super::skin_law;
 use super::system::{State, System};
+use crate::forces::springs::positive_stiffness;
 
 /// Sweeps over all vertices in a time step.
 const SWEEPS: usize = 12;
@@ -139,7 +139,7 @@ fn local(
         if length > 0.0 {
             force -= along * (tension / length);
         }
-        let [sideways, lengthways] = skin_law::stiffness([u, tension, slope], system.toes[s as usize], length);
+        let [sideways, lengthways] = positive_stiffness([u, tension, slope], system.toes[s as usize], length);
         stiffness += along * along.transpose() * lengthways + Matrix3::from_diagonal_element(sideways);
     }
     if let Some(repulsion) = &system.options.repulsion {

@@ -3,7 +3,7 @@
 use super::table::pairs;
 use crate::displacement::regularised::WeightRule;
 use crate::displacement::{DepthRule, UnmarkedRule};
-use crate::forces::SpringRule;
+use crate::forces::{SkinModel, SpringRule};
 use crate::project::{FieldWay, Settings};
 
 /// A project's choices with a method of a study in place.
@@ -17,7 +17,7 @@ pub struct Applied {
 
 /// The choices of the chain that a method and its setting stand for; none where they are no choice of a project, as an integrator is none.
 ///
-/// A choice is told by the method's name or by a pair of its setting: `depth`, `springs`, `unmarked`.
+/// A choice is told by the method's name or by a pair of its setting: `depth`, `springs`, `skin`, `unmarked`.
 pub fn applied(method: &str, setting: &str, now: &Settings) -> Option<Applied> {
     let mut settings = now.clone();
     let mut changes: Vec<(&str, String, String)> = Vec::new();
@@ -32,6 +32,10 @@ pub fn applied(method: &str, setting: &str, now: &Settings) -> Option<Applied> {
             Choice::Springs(rule) => {
                 let old = std::mem::replace(&mut settings.springs, rule);
                 ("Width of springs", springs_words(old), springs_words(rule))
+            }
+            Choice::Skin(model) => {
+                let old = std::mem::replace(&mut settings.skin_model, model);
+                ("Skin", old.label().to_lowercase(), model.label().to_lowercase())
             }
             Choice::Unmarked(rule) => {
                 let old = std::mem::replace(&mut settings.unmarked, rule);
@@ -57,6 +61,7 @@ pub fn applied(method: &str, setting: &str, now: &Settings) -> Option<Applied> {
 enum Choice {
     Depth(DepthRule),
     Springs(SpringRule),
+    Skin(SkinModel),
     Unmarked(UnmarkedRule),
     Field(FieldWay),
 }
@@ -84,6 +89,10 @@ fn choices(method: &str, setting: &str) -> Vec<Choice> {
         ("depth", "half") => Some(Choice::Depth(DepthRule::HalfWay)),
         ("springs", "strip") => Some(Choice::Springs(SpringRule::Strip)),
         ("springs", "one for all" | "uniform") => Some(Choice::Springs(SpringRule::Uniform)),
+        ("skin", word) => {
+            let named = |m: &SkinModel| m.label().to_lowercase() == word;
+            SkinModel::ALL.into_iter().find(named).map(Choice::Skin)
+        }
         ("unmarked", "held") => Some(Choice::Unmarked(UnmarkedRule::Held)),
         ("unmarked", "inferred") => Some(Choice::Unmarked(UnmarkedRule::default())),
         _ => None,
@@ -141,6 +150,9 @@ mod tests {
         assert_eq!(rest, now);
         let several = applied("Direct", "springs=one for all; unmarked=held", &now).unwrap();
         assert_eq!((several.settings.springs, several.settings.unmarked), (SpringRule::Uniform, UnmarkedRule::Held));
+        let skin = applied("Direct", "skin=membrane", &now).unwrap();
+        assert_eq!(skin.settings.skin_model, SkinModel::Membrane);
+        assert_eq!(skin.words, "Skin: membrane (now springs).");
         let reach = applied("Inferred within 25 mm", "marked_percent=80", &now).unwrap();
         assert_eq!(reach.settings.unmarked, UnmarkedRule::Inferred { reach_mm: 25.0 });
         assert_eq!(applied("Frozen depth", "", &now).unwrap().words, "The project is solved so already.");

@@ -127,12 +127,12 @@ pub fn artist_field(generic: &FaceModel, wearer: &Wearer, target: &Target) -> Ar
 
 /// Standard error of every force when every vertex is placed with the error `sigma_mm` along each axis, N: √tr Cov.
 fn by_digits(springs: &Springs, curve: &StressStrainCurve, positions: &[Point3<f64>], sigma_mm: f64) -> Vec<f64> {
-    let blocks = forces::uncertainty::force_jacobian_blocks(springs, curve, positions, None);
-    (0..springs.vertices())
+    let slopes = forces::ForceSlopes::of_springs(springs, curve, positions, None);
+    (0..slopes.len())
         .map(|v| {
-            let at = springs.springs_of_vertex(v).iter().map(|&e| &blocks[e as usize]);
-            let own: nalgebra::Matrix3<f64> = at.clone().sum();
-            sigma_mm * (own.norm_squared() + at.map(nalgebra::Matrix3::norm_squared).sum::<f64>()).sqrt()
+            let own: nalgebra::Matrix3<f64> = slopes.at(v).map(|(_, b)| b).sum();
+            let others: f64 = slopes.at(v).map(|(_, b)| b.norm_squared()).sum();
+            sigma_mm * (own.norm_squared() + others).sqrt()
         })
         .collect()
 }

@@ -5,8 +5,9 @@ use nalgebra::{Point3, Vector3};
 use super::refined::{RefineError, Refined};
 use crate::expression::{ActuatorError, ActuatorSettings, Actuators, Expression};
 use crate::face::FaceModel;
+use crate::forces::{Membrane, Sheet};
 use crate::muscle::{LawKind, MuscleLaw};
-use crate::simulate::{Ended, Hold, Membrane, MembraneSolver, OutOfMemory, Sheet, System, SystemError, SystemOptions};
+use crate::simulate::{Ended, Hold, MembraneSolver, OutOfMemory, System, SystemError, SystemOptions};
 
 /// What the skin of a truth is.
 #[derive(Clone, Debug, PartialEq)]
@@ -129,7 +130,7 @@ impl MembraneFace {
         self.system.set_loads(loads.newton)?;
         let found = self.solver.solve(&self.membrane, &self.system, &self.system.carried());
         let mut held_by = Vec::new();
-        self.membrane.forces(&found.positions, &mut held_by);
+        self.membrane.forces(&found.positions, None, &mut held_by);
         for f in &mut held_by {
             *f = -*f;
         }
@@ -184,7 +185,7 @@ fn as_tractions(actuators: &mut Actuators, areas: &[f64]) {
 mod tests {
     use super::*;
     use crate::face::{self, Mesh, patches};
-    use crate::simulate::Material;
+    use crate::forces::Material;
     use crate::skin::{Contraction, StressStrainCurve};
     use crate::study::{Wish, refined};
 

@@ -12,7 +12,8 @@ use crate::camera::Camera;
 use crate::displacement::{DepthRule, depth};
 use crate::face::{FaceModel, Mesh, Skull};
 use crate::forces::{self, SpringRule, Springs};
-use crate::simulate::{Ended, Material, Membrane, Sheet};
+use crate::forces::{Material, Membrane, Sheet};
+use crate::simulate::Ended;
 use crate::skin::StressStrainCurve;
 
 /// Thickness of the skin, mm, as the chain has it.
@@ -84,7 +85,7 @@ pub struct SkinRow {
     pub folded: usize,
     /// Relative errors (all of the force, its part in the surface, all of it over forehead and brows): of springs on the face's own mesh;
     pub springs: [f64; 3],
-    /// of membrane elements of the same material on it;
+    /// of the chain's membrane elements on it, with fibres whatever the truth is made of;
     pub membrane: [f64; 3],
     /// of springs on the finer mesh of the truth, gathered: what springs miss on any mesh with triangles of this shape.
     pub fine_springs: [f64; 3],
@@ -201,14 +202,14 @@ fn relative(found: &[Vector3<f64>], truth: &[Vector3<f64>], among: &[bool]) -> f
     (off / all).sqrt()
 }
 
-/// What springs and membrane elements on the face's own mesh make of the true places of membranes, over vertices that are not held and have no held
+/// What springs and membrane elements on the face's own mesh, those of the chain whatever the truth's material is, make of the true places of membranes, over vertices that are not held and have no held
 /// neighbour.
 ///
 /// # Errors
 /// A face without muscles.
 pub fn skin_rows(face: &FaceModel, levels: u32, material: Material) -> Result<Vec<SkinRow>, TruthError> {
     let sheet = Sheet { material, ..Sheet::default() };
-    let mut made = MembraneFace::new(face, &MembraneSettings { levels, sheet: sheet.clone(), ..Default::default() })?;
+    let mut made = MembraneFace::new(face, &MembraneSettings { levels, sheet, ..Default::default() })?;
     let mesh = face.mesh();
     let curve = StressStrainCurve::default();
     let held = made.actuators.held.clone();
@@ -224,7 +225,7 @@ pub fn skin_rows(face: &FaceModel, levels: u32, material: Material) -> Result<Ve
         forces::muscle_forces(&springs, &curve, x, None, &mut out);
         out
     };
-    let coarse = Membrane::new(mesh, mesh.positions(), sheet);
+    let coarse = Membrane::new(mesh, mesh.positions(), Sheet::default());
     let mut rows = Vec::new();
     for wish in Wish::ALL {
         let expression = wish.expression(&made.actuators, SEED).times(INTENSITY);
@@ -236,7 +237,7 @@ pub fn skin_rows(face: &FaceModel, levels: u32, material: Material) -> Result<Ve
             [relative(f, &truth.force, &among), within, relative(f, &truth.force, &forehead)]
         };
         let mut elements = Vec::new();
-        coarse.forces(&truth.last, &mut elements);
+        coarse.forces(&truth.last, None, &mut elements);
         for f in &mut elements {
             *f = -*f;
         }

@@ -7,7 +7,7 @@ use super::skin_table::{self, SkinTableView};
 use crate::camera::Scale;
 use crate::customize::{AlignRule, MorphRule};
 use crate::displacement::{DepthRule, UnmarkedRule};
-use crate::forces::SpringRule;
+use crate::forces::{SkinModel, SpringRule};
 use crate::gui::{Command, Scene};
 use crate::project::{CameraSettings, Edit, Settings};
 
@@ -430,6 +430,21 @@ fn skin(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut SkinTableView, commands:
         decimals: 2,
     };
     number.show(ui, settings.skin_thickness_mm, commands, |v| changed(settings, |s| s.skin_thickness_mm = v));
+    ui.label("What resists between the points");
+    let models = [
+        (SkinModel::Springs, "Springs", "A spring along every edge of the mesh, as in the thesis."),
+        (
+            SkinModel::Membrane,
+            "Membrane",
+            "Every triangle is a piece of skin with fibres in all directions: the same table and thickness, and forces that depend less on how the mesh was drawn.",
+        ),
+    ];
+    rules(ui, settings, settings.skin_model, &models, commands, |s, model| s.skin_model = model);
+    if settings.skin_model == SkinModel::Membrane {
+        ui.add_space(4.0);
+        skin_table::show(ui, settings, view, commands);
+        return;
+    }
     ui.label("An edge of the mesh as a spring");
     let springs = [
         (SpringRule::Strip, "A strip of skin", "As wide as its triangles: the same skin on any mesh."),

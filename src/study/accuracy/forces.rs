@@ -19,7 +19,7 @@ use crate::displacement::regularised::WeightRule;
 use crate::displacement::{DepthRule, UnmarkedRule};
 use crate::expression::{Basic, Expression};
 use crate::face::FaceModel;
-use crate::forces::{SpringRule, Springs, strains};
+use crate::forces::{SkinModel, SpringRule, Springs, strains};
 use crate::muscle::{LawKind, MuscleLaw};
 use crate::muscle_field::activation_field;
 use crate::pipeline::{self, Outcome, Workspace};
@@ -130,14 +130,26 @@ impl Way {
 type Change = (&'static str, fn(&mut Settings));
 
 /// The scene's own rules, and each other rule alone.
-const CHANGES: [Change; 6] = [
+const CHANGES: [Change; 7] = [
     ("rules=as the scene", |_| {}),
     ("depth=fixed", |s| s.depth = DepthRule::FixedDepth),
     ("depth=height", |s| s.depth = DepthRule::KeepHeight),
     ("depth=half", |s| s.depth = DepthRule::HalfWay),
     ("springs=one for all", |s| s.springs = SpringRule::Uniform),
     ("unmarked=held", |s| s.unmarked = UnmarkedRule::Held),
+    ("skin=membrane", |s| s.skin_model = SkinModel::Membrane),
 ];
+
+impl Truth {
+    /// What is tried on a truth: every rule on the first, and on the last what its skin is.
+    fn tries(self, setting: &str) -> bool {
+        match self {
+            Self::Raise => setting != "skin=membrane",
+            Self::Rough => setting == CHANGES[0].0,
+            Self::Membrane => setting == CHANGES[0].0 || setting == "skin=membrane",
+        }
+    }
+}
 
 pub(super) fn cases(options: &Options, seeds: u64) -> Vec<Case> {
     let noises: &[f64] = if options.quick { &[0.0, 0.3, 1.0] } else { &[0.0, 0.1, 0.3, 1.0, 2.0, 3.0] };
@@ -147,8 +159,7 @@ pub(super) fn cases(options: &Options, seeds: u64) -> Vec<Case> {
         for &noise in noises {
             for (name, way) in Way::all() {
                 for (setting, change) in CHANGES {
-                    // The rules were tried on the first scene; the others are there for the ways.
-                    if truth != Truth::Raise && setting != CHANGES[0].0 {
+                    if !truth.tries(setting) {
                         continue;
                     }
                     let (face, of, membranes) = (Arc::clone(&options.face), name.clone(), Arc::clone(&membranes));

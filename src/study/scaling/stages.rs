@@ -8,7 +8,7 @@ use super::super::sheet;
 use crate::camera::Camera;
 use crate::customize::{Anchor, CustomizeSettings, LandmarkTarget, customize, nnwa};
 use crate::face::{FaceModel, FaceParts, Mesh, MeshError};
-use crate::forces::{Influence, MarkInfluence, SpringRule, Springs, muscle_forces, standard_errors};
+use crate::forces::{ForceSlopes, Influence, MarkInfluence, SpringRule, Springs, muscle_forces, standard_errors};
 use crate::pipeline::{Workspace, solve};
 use crate::project::{Edit, PointId, Project};
 use crate::simulate::{Ended, EquilibriumSolver, Method, Stepper, System, SystemOptions};
@@ -160,7 +160,8 @@ impl Sheet {
                 let mut sigma = Vec::new();
                 // Blocks of 72 bytes written and read from both ends, springs of a vertex, ends, slopes.
                 act((72 * 3 + 24 + 16) * edges + (24 + 48 + 8 + 12 + 8) * n, &mut || {
-                    standard_errors(&self.springs, &self.curve, black_box(&self.moved), None, &influence, &mut sigma);
+                    let slopes = ForceSlopes::of_springs(&self.springs, &self.curve, black_box(&self.moved), None);
+                    standard_errors(&slopes, &influence, &mut sigma);
                 });
             }
             Stage::Nnwa => {

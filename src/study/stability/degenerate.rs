@@ -10,7 +10,7 @@ use super::{case, cause_of, run};
 use crate::customize::nnwa::{self, Anchor};
 use crate::displacement::fill_in;
 use crate::face::Mesh;
-use crate::forces::{Influence, MarkInfluence, SpringRule, Springs, muscle_forces, standard_errors};
+use crate::forces::{ForceSlopes, Influence, MarkInfluence, SpringRule, Springs, muscle_forces, standard_errors};
 use crate::simulate::{Ended, EquilibriumSolver, Method, Stepper, System, SystemOptions};
 use crate::skin::StressStrainCurve;
 
@@ -119,7 +119,8 @@ fn answer(stage: Stage, height: f64) -> Run {
                 common: None,
             };
             let mut sigma = Vec::new();
-            standard_errors(&springs, &curve, &moved, None, &influence, &mut sigma);
+            let slopes = ForceSlopes::of_springs(&springs, &curve, &moved, None);
+            standard_errors(&slopes, &influence, &mut sigma);
             let largest = sigma.iter().copied().fold(0.0, f64::max);
             row.failing(numbers(&mut sigma.iter().copied())).with("largest_N", largest)
         }

@@ -81,9 +81,9 @@ impl DoubtView {
 
     /// Every mark of the last frame against its neighbours, the worst first.
     pub fn gaps(&mut self, scene: Scene<'_>, chosen: &[u32]) -> &[Gap] {
-        self.found(scene, chosen).gaps.get_or_insert_with(|| match scene.springs {
-            Some(springs) if scene.project.features.len() <= MOST_MARKS => {
-                gaps(scene.project, scene.face, scene.outcome, springs)
+        self.found(scene, chosen).gaps.get_or_insert_with(|| match scene.skin {
+            Some(skin) if scene.project.features.len() <= MOST_MARKS => {
+                gaps(scene.project, scene.face, scene.outcome, skin)
             }
             _ => Vec::new(),
         })
@@ -91,8 +91,8 @@ impl DoubtView {
 
     /// The points worth marking, the worthiest first.
     pub fn worth(&mut self, scene: Scene<'_>, chosen: &[u32]) -> &[Worth] {
-        self.found(scene, chosen).worth.get_or_insert_with(|| match scene.springs {
-            Some(springs) => worth_marking(scene.project, scene.face, scene.outcome, springs, chosen),
+        self.found(scene, chosen).worth.get_or_insert_with(|| match scene.skin {
+            Some(skin) => worth_marking(scene.project, scene.face, scene.outcome, skin, chosen),
             None => Vec::new(),
         })
     }
@@ -144,7 +144,7 @@ impl DoubtView {
 /// The gap of a point of the last frame, while it is in the hand or selected.
 pub fn gap_of(scene: Scene<'_>, id: &PointId) -> Option<Gap> {
     let PointId::FeatureLast(v) = id else { return None };
-    gap(scene.project, scene.face, scene.outcome, scene.springs?, *v)
+    gap(scene.project, scene.face, scene.outcome, scene.skin?, *v)
 }
 
 /// "1.8 px, 0.12 N from where 6 neighbours lead".

@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix2, Matrix3, Point3, SymmetricEigen, Vector2, Vector3};
 
-use super::skin_law::stiffness;
+use super::springs::{LEAST_SHARE, positive_stiffness};
 use crate::face::Mesh;
 use crate::face::mesh::doubled_area_vector;
 use crate::skin::StressStrainCurve;
@@ -76,9 +76,6 @@ struct Answer {
 const LEAST_AREA: f64 = 0.4;
 /// How stiffly, in moduli of the skin.
 const OPENING: f64 = 5.0;
-/// Least stiffness along a direction, as a share of that at rest: a sheet whose stress no longer changes can still be stepped.
-const LEAST_SHARE: f64 = 1e-3;
-
 impl Membrane {
     /// The skin of a mesh at rest. Triangles without an area carry nothing.
     pub fn new(mesh: &Mesh, rest: &[Point3<f64>], sheet: Sheet) -> Self {
@@ -121,31 +118,55 @@ impl Membrane {
         self.elements.iter().map(of).sum()
     }
 
-    /// Elastic energy (mJ) and its force −∂U/∂x on every vertex, N.
-    pub fn forces(&self, x: &[Point3<f64>], out: &mut Vec<Vector3<f64>>) -> f64 {
+    /// Elastic energy (mJ) and its force −∂U/∂x on every vertex, N. An element with a corner that is not `active` (absent: all are)
+    /// carries nothing.
+    pub fn forces(&self, x: &[Point3<f64>], active: Option<&[bool]>, out: &mut Vec<Vector3<f64>>) -> f64 {
         out.clear();
         out.resize(self.vertices, Vector3::zeros());
         let mut energy = 0.0;
-        for e in &self.elements {
-            let answer = self.answer::<1>(&e.gradient(x));
-            let (open, push) = self.opening(e, x);
-            energy += e.millijoule_per_kpa * (answer.energy + open);
-            for (i, (corner, g)) in e.corners.iter().zip(&e.slopes).enumerate() {
-                let pull = answer.stress[0] * g.x + answer.stress[1] * g.y;
-                out[*corner as usize] -= (pull + e.area_slope(x, i) * push) * e.millijoule_per_kpa;
+        for e in self.elements.iter().filter(|e| e.is_active(active)) {
+            let (stored, pull) = self.pulls(e, x);
+            energy += stored;
+            for (corner, pull) in e.corners.iter().zip(pull) {
+                out[*corner as usize] -= pull;
             }
         }
         energy
     }
 
-    /// ∂²U/∂xᵢ∂xⱼ of every element's corners, N/mm; all directions that would make it indefinite left out unless `whole`.
-    pub(super) fn stiffness(
+    /// Energy of an element (mJ) and ∂U/∂x of its corners, N: what must pull there from outside.
+    fn pulls(&self, e: &Element, x: &[Point3<f64>]) -> (f64, [Vector3<f64>; 3]) {
+        let answer = self.answer::<1>(&e.gradient(x));
+        let (open, push) = self.opening(e, x);
+        let pull = [0, 1, 2].map(|i| {
+            let g = e.slopes[i];
+            let opening = if push == 0.0 { Vector3::zeros() } else { e.area_slope(x, i) * push };
+            (answer.stress[0] * g.x + answer.stress[1] * g.y + opening) * e.millijoule_per_kpa
+        });
+        (e.millijoule_per_kpa * (answer.energy + open), pull)
+    }
+
+    /// What some elements, by their numbers, need from outside at one of their corners, N.
+    pub(super) fn pull_on(&self, vertex: u32, elements: &[u32], x: &[Point3<f64>], active: &[bool]) -> Vector3<f64> {
+        let mut sum = Vector3::zeros();
+        for e in elements.iter().filter_map(|e| self.elements.get(*e as usize)).filter(|e| e.is_active(Some(active))) {
+            for (_, pull) in e.corners.iter().zip(self.pulls(e, x).1).filter(|(c, _)| **c == vertex) {
+                sum += pull;
+            }
+        }
+        sum
+    }
+
+    /// ∂²U/∂xᵢ∂xⱼ of every element's corners, N/mm, with the element's number; all directions that would make it indefinite left out unless
+    /// `whole`. An element with a corner that is not `active` is left out.
+    pub(crate) fn stiffness(
         &self,
         x: &[Point3<f64>],
+        active: Option<&[bool]>,
         whole: bool,
-        mut add: impl FnMut([u32; 3], [[Matrix3<f64>; 3]; 3]),
+        mut add: impl FnMut(usize, [u32; 3], [[Matrix3<f64>; 3]; 3]),
     ) {
-        for e in &self.elements {
+        for (number, e) in self.elements.iter().enumerate().filter(|(_, e)| e.is_active(active)) {
             let f = e.gradient(x);
             let answer = if whole { self.answer::<2>(&f) } else { self.answer::<3>(&f) };
             let stiff = OPENING * self.toe_kpa();
@@ -165,12 +186,12 @@ impl Membrane {
                 }
                 k * e.millijoule_per_kpa
             };
-            add(e.corners, [0, 1, 2].map(|i| [0, 1, 2].map(|j| block(i, j))));
+            add(number, e.corners, [0, 1, 2].map(|i| [0, 1, 2].map(|j| block(i, j))));
         }
     }
 
     /// Corners of every element, in the order of [`Self::stiffness`].
-    pub(super) fn corners(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
+    pub(crate) fn corners(&self) -> impl Iterator<Item = [u32; 3]> + Clone + '_ {
         self.elements.iter().map(|e| e.corners)
     }
 
@@ -227,7 +248,7 @@ impl Membrane {
                         + Matrix3::from_diagonal_element(stress / stretch)
                 }
                 3 => {
-                    let [even, more] = stiffness([0.0, stress, slope], toe, stretch);
+                    let [even, more] = positive_stiffness([0.0, stress, slope], toe, stretch);
                     Matrix3::from_diagonal_element(even) + along * along.transpose() * more
                 }
                 _ => continue,
@@ -293,6 +314,10 @@ impl Answer {
 }
 
 impl Element {
+    fn is_active(&self, active: Option<&[bool]>) -> bool {
+        active.is_none_or(|active| self.corners.iter().all(|c| active[*c as usize]))
+    }
+
     /// F by columns.
     fn gradient(&self, x: &[Point3<f64>]) -> [Vector3<f64>; 2] {
         let mut f = [Vector3::zeros(); 2];
