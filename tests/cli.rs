@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot read its own files should stop there")]
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -156,7 +156,7 @@ fn forces_agree_with_those_computed_by_hand_from_the_exported_positions() {
     let (_, rows) = table(&out.join("forces.csv"));
     let triangles = frontalis::face::generic().mesh().triangles().to_vec();
     let rest: Vec<Point3<f64>> = rows.iter().map(|r| point(r, 1)).collect();
-    let mut strip = std::collections::BTreeMap::<(u32, u32), f64>::new();
+    let mut strip = BTreeMap::<(u32, u32), f64>::new();
     for [a, b, c] in triangles {
         let [pa, pb, pc] = [a, b, c].map(|v| rest[v as usize]);
         let area = 0.5 * (pb - pa).cross(&(pc - pa)).norm();
@@ -825,6 +825,105 @@ fn a_fit_that_cannot_be_made_says_why_and_leaves_nothing() {
     let words = refused(&["fit", text(&unmarked), "--out", text(&fit)]);
     assert!(words.contains("no force can be believed yet"), "{words}");
     assert!(!fit.exists());
+}
+
+/// The columns of a table, by name, as numbers (no number: `NaN`) beside the text of its second column.
+fn columns(csv: &Path) -> Vec<(usize, String, BTreeMap<String, f64>)> {
+    let kept = fs::read_to_string(csv).unwrap();
+    let mut lines = kept.lines().map(|l| l.split(',').collect::<Vec<_>>());
+    let head = lines.next().unwrap();
+    lines
+        .map(|cells| {
+            let numbers = head.iter().zip(&cells).map(|(h, c)| ((*h).to_owned(), c.parse().unwrap_or(f64::NAN)));
+            (cells[0].parse().unwrap(), cells[1].to_owned(), numbers.collect())
+        })
+        .collect()
+}
+
+/// Two subjects: five laws on equal terms, and the maps answer to the tables of the single forces.
+#[test]
+fn laws_are_tried_on_another_subject_and_both_are_put_together_vertex_by_vertex() {
+    let (dir, out) = sample();
+    let project = out.join("sample.frontalis.json");
+    let folder = dir.path().join("other");
+    done(&["twin", "--out", text(&folder), "--seed", "2", "--stated-sigma-px", "0.1"]);
+    let other = folder.join("twin.frontalis.json");
+    let fit = out.join("fit");
+    let arguments = ["fit", text(&project), "--out", text(&fit), "--compare", "vectors", "--test", text(&other)];
+    let said = done(&arguments);
+    assert!(
+        said.contains("on Brow raise of twin 2, Koch: R²") && said.contains("across subjects: 2 subjects"),
+        "{said}"
+    );
+
+    let report: Value = serde_json::from_str(&fs::read_to_string(fit.join("fit.json")).unwrap()).unwrap();
+    let tried = &report["tried_on"][0];
+    assert_eq!((tried["project"].as_str(), tried["same_unit"].as_bool()), (Some("Brow raise of twin 2"), Some(true)));
+    let rows = tried["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 5, "every law, also those without a fit on the first");
+    for row in rows {
+        // Fitted there altogether explains no less than with the shape held, but for readings and starts: both are of the same forces.
+        if let (Some(shape), Some(whole)) =
+            (row["shape_carried"]["Ok"]["r2"].as_f64(), row["refitted"]["Ok"]["r2"].as_f64())
+        {
+            assert!(whole > shape - 1e-6, "{}: {shape} {whole}", row["label"]);
+            assert!(row["as_fitted_r2"].as_f64().unwrap() <= shape + 1e-9, "strengths of there are the best there");
+        }
+    }
+
+    // A second way to the maps: from the forces of each that `solve` wrote, which count where both tables say so.
+    let forces = |project: &Path, name: &str| {
+        let folder = dir.path().join(name);
+        done(&["solve", text(project), "--out", text(&folder)]);
+        columns(&folder.join("forces.csv")).into_iter().map(|(v, _, c)| (v, c["f_N"])).collect::<BTreeMap<_, _>>()
+    };
+    let (a, b) = (forces(&project, "a"), forces(&other, "b"));
+    let maps = columns(&fit.join("subject_maps.csv"));
+    assert!(maps.len() > 50, "{}", maps.len());
+    assert_eq!(report["across_subjects"]["vertices_of_all"].as_u64().unwrap() as usize, maps.len());
+    let near = |x: f64, y: f64| (x - y).abs() <= 1e-12 * (1.0 + y.abs());
+    for (v, count, of) in &maps {
+        assert_eq!(count, "2");
+        assert!(near(of["mean_force_N"], 0.5 * (a[v] + b[v])));
+        // The standard deviation of two: |a − b| / √2.
+        assert!(near(of["spread_force_N"], (a[v] - b[v]).abs() / 2.0_f64.sqrt()));
+    }
+    let single = columns(&fit.join("subjects.csv"));
+    let counted = |name: &str| {
+        let own = single.iter().filter(|(_, s, _)| s == name);
+        own.map(|(v, _, c)| (*v, c.clone())).collect::<BTreeMap<_, _>>()
+    };
+    let [own, there] = ["Brow raise of twin 1", "Brow raise of twin 2"].map(counted);
+    assert_eq!(own.keys().filter(|v| there.contains_key(v)).count(), maps.len(), "where both count, and nowhere else");
+    for (v, row) in &there {
+        let less = row["less_force_N"];
+        assert_eq!(less.is_finite(), own.contains_key(v));
+        assert!(!less.is_finite() || near(less, a[v] - b[v]));
+        if let (Some(first), true) = (own.get(v), row["less_along_fibre_N"].is_finite()) {
+            assert!(near(row["less_along_fibre_N"], first["along_fibre_N"] - row["along_fibre_N"]));
+        }
+    }
+    let drawn = image::open(fit.join("subject_maps.png")).unwrap();
+    assert_eq!((drawn.width(), drawn.height()), (3 * 550, 2 * 616), "mean, spread and difference, of two readings");
+    let html = fs::read_to_string(fit.join("report.html")).unwrap();
+    assert!(html.contains("The laws tried on Brow raise of twin 2") && html.contains("Across subjects"));
+
+    // A subject counts once; forces without a scale are not mixed with newtons; who has none says so.
+    let words =
+        refused(&["fit", text(&project), "--out", text(&fit), "--test", text(&out.join("./sample.frontalis.json"))]);
+    assert!(words.contains("named twice"), "{words}");
+    let relative = changed(&out, |p| {
+        p.as_object_mut().unwrap().remove("scale");
+        p["name"] = "Lea".into();
+    });
+    let bare = out.join("bare");
+    let said = done(&["fit", text(&project), "--out", text(&bare), "--test", text(&relative)]);
+    assert!(said.contains("no maps across subjects: the forces of Lea are relative"), "{said}");
+    assert!(said.contains("on Lea, Koch: not tried as fitted"), "{said}");
+    assert!(!bare.join("subject_maps.csv").exists() && !bare.join("subjects.csv").exists());
+    let unmarked = changed(&out, |p| p["features"] = serde_json::json!({}));
+    let words = refused(&["fit", text(&project), "--out", text(&fit), "--test", text(&unmarked)]);
+    assert!(words.contains("changed.frontalis.json: no force can be believed yet"), "{words}");
 }
 
 #[test]

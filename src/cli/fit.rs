@@ -1,6 +1,7 @@
 //! `frontalis fit`: the muscles behind a project's forces: strengths, the four laws, profiles, a report.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::ValueEnum;
 
@@ -10,12 +11,14 @@ use super::progress::Progress;
 use super::scene::{Frames, Scene};
 use super::shell_word;
 use crate::export::muscles::Subject;
-use crate::export::{muscle_report, replay, report};
+use crate::export::{muscle_report, replay, report, subjects};
 use crate::face::FaceModel;
 use crate::fit::Compare;
-use crate::muscle_field::subjects::carry;
+use crate::muscle_field::profiles::Part;
+use crate::muscle_field::subjects::{Other, Seen, carry, told_apart};
 use crate::muscle_field::{Analysis, Include, Question, ladder};
 use crate::pipeline::{self, Outcome, Workspace};
+use crate::project::paths;
 
 /// What `fit` asks for.
 #[derive(Debug, clap::Args)]
@@ -126,6 +129,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         .iter()
         .map(|path| Ok((path, Scene::open(path, frames)?)))
         .collect::<Result<Vec<_>, CliError>>()?;
+    let all: Vec<&PathBuf> = std::iter::once(&arguments.project).chain(others.iter().map(|(path, _)| *path)).collect();
+    for (k, path) in all.iter().enumerate() {
+        if all[..k].iter().any(|before| paths::same_file(before, path)) {
+            let what = format!("{}: is named twice; a subject counts once, so leave one out", path.display());
+            return Err(CliError::Question(what));
+        }
+    }
     let mut output = Output::folder(&arguments.out)?;
     progress.stage("solve");
     let outcome = solved(&scene);
@@ -140,11 +150,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     } else {
         None
     };
-    let mut carried = Vec::new();
-    for (path, other) in &others {
+    let own = Seen { name: &scene.project.name, face: &scene.face, outcome: &outcome };
+    let mut tried = Vec::new();
+    for ((path, other), name) in others.iter().zip(names(&arguments.project, &scene, &others)) {
         progress.stage("try on others");
-        let name = if other.project.name.is_empty() { path.display().to_string() } else { other.project.name.clone() };
-        carried.push((name, carry(&analysis, &scene.face, &solved(other), &other.face)?));
+        let on = Arc::new(solved(other));
+        let seen = Seen { name: &name, face: &other.face, outcome: &on };
+        let Some(carried) = carry(&analysis, own, seen, &goes_on, &|_| {}) else { return Ok(()) };
+        let carried = carried.map_err(|why| CliError::Question(format!("{}: {why}", path.display())))?;
+        tried.push(Other { name, face: Arc::clone(&other.face), outcome: on, carried });
     }
     progress.stage("write");
     let last_frame = scene.last_frame(&arguments.project);
@@ -155,7 +169,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         analysis: &analysis,
         ladder: built.as_ref(),
         last_frame: last_frame.as_ref(),
-        carried: &carried,
+        others: &tried,
     };
     let (timings_ms, command) = (progress.timings_ms(), arguments.command(&question, &scene.face));
     let circumstances = report::Circumstances { command, timings_ms, remarks: scene.remarks.clone() };
@@ -167,6 +181,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     say(&subject);
     println!("written to {}", arguments.out.display());
     Ok(())
+}
+
+/// What the other subjects are called, so that they can be told apart.
+fn names(path: &Path, scene: &Scene, others: &[(&PathBuf, Scene)]) -> Vec<String> {
+    let all = others.iter().map(|(path, other)| (other.project.name.as_str(), path.as_path()));
+    let all: Vec<(&str, &Path)> = std::iter::once((scene.project.name.as_str(), path)).chain(all).collect();
+    told_apart(&all).into_iter().skip(1).collect()
 }
 
 fn solved(scene: &Scene) -> Outcome {
@@ -202,15 +223,23 @@ fn say(subject: &Subject<'_>) {
     if let Some(replay) = muscle_report::replayed(subject) {
         println!("simulated against seen: {}", replay::in_words(&replay));
     }
-    for (name, carried) in subject.carried {
-        for row in &carried.rows {
-            let r2 = |fit: &Result<crate::fit::LawFit, _>| fit.as_ref().map_or(f64::NAN, |f| f.r2);
-            let as_fitted = row.as_fitted_r2.unwrap_or(f64::NAN);
+    for other in subject.others {
+        for row in &other.carried.rows {
+            let r2 = |fit: &Result<crate::fit::LawFit, _>| {
+                fit.as_ref().map_or_else(|_| "no fit".into(), |f| format!("R² {:.3}", f.r2))
+            };
+            let as_fitted = row.as_fitted_r2.map_or_else(|| "not tried".into(), |r2| format!("R² {r2:.3}"));
             let (shape, refitted) = (r2(&row.shape_carried), r2(&row.refitted));
             println!(
-                "on {name}, {}: R² {as_fitted:.3} as fitted, {shape:.3} with its shape, {refitted:.3} refitted",
-                row.label
+                "on {}, {}: {as_fitted} as fitted, {shape} with its shape, {refitted} refitted",
+                other.name, row.label
             );
+        }
+    }
+    if !subject.others.is_empty() {
+        match subjects::together(subject, Part::Magnitude) {
+            Ok(maps) => println!("across subjects: {}", subjects::in_words(subject, &maps)),
+            Err(why) => println!("no maps across subjects: {why}"),
         }
     }
 }

@@ -20,6 +20,7 @@ pub mod study_chart;
 pub mod study_files;
 pub mod study_maps;
 pub mod study_scaling;
+pub mod subjects;
 pub mod tps;
 pub mod vtk;
 

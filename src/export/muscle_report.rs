@@ -5,12 +5,13 @@ use image::RgbImage;
 
 use super::document::Document;
 use super::height_map;
-use super::muscle_tables::{self, error};
+use super::muscle_tables;
 use super::muscles::{self, Subject, activations_svg, ladder_svg, profiles, profiles_svg, title, with_interval};
 use super::png;
 use super::replay::{self, replay_csv, replay_svg};
 use super::replay_picture;
 use super::report::Circumstances;
+use super::subjects;
 use crate::draw::ColourMap;
 use crate::draw::height_map::HeightMapError;
 use crate::draw::numbers::{fixed, significant};
@@ -19,11 +20,11 @@ use crate::draw::surface_picture::{self, SurfaceOptions};
 use crate::draw::svg;
 use crate::draw::words::{capital, sentence};
 use crate::fit::activations::Standing;
-use crate::fit::{FailedFit, LawFit};
 use crate::muscle_field::fibres::muscle_name;
 use crate::muscle_field::fields::fields;
 use crate::muscle_field::profiles::Part;
 use crate::muscle_field::replay::{Replay, pull_of_muscles};
+use crate::muscle_field::subjects::Other;
 
 /// Why there is no report.
 #[derive(Debug, thiserror::Error)]
@@ -39,8 +40,9 @@ pub enum ReportError {
     Png(#[from] image::ImageError),
 }
 
-/// All files on the muscles: `fit.json`, `activations.csv`, `profiles.csv`, `profiles.svg`, `profiles.png`, `fields.csv`, `report.html`, and where a
-/// point is measured `replay.csv`, `replay.svg` and, given the last frame, `replay.png`.
+/// All files on the muscles: `fit.json`, `activations.csv`, `profiles.csv`, `profiles.svg`, `profiles.png`, `fields.csv`, `report.html`; with other
+/// subjects `subjects.csv`, and where their forces can be put together `subject_maps.csv` and `subject_maps.png`; and where a point is measured
+/// `replay.csv`, `replay.svg` and, given the last frame, `replay.png`.
 ///
 /// # Errors
 /// [`ReportError`].
@@ -51,6 +53,7 @@ pub fn files(
     let cut = profiles(subject);
     let drawn = profiles_svg(subject, &cut);
     let replay = replayed(subject);
+    let across = subjects::picture(subject)?;
     let mut files = vec![
         ("fit.json", muscles::fit_json(subject, circumstances).into_bytes()),
         ("activations.csv", muscles::activations(subject).into_bytes()),
@@ -58,8 +61,15 @@ pub fn files(
         ("profiles.png", png(&svg::paint(&drawn, 1.0)?)?),
         ("profiles.svg", drawn.into_bytes()),
         ("fields.csv", muscles::fields_csv(subject).into_bytes()),
-        ("report.html", report(subject, circumstances, replay.as_ref())?.into_bytes()),
+        ("report.html", report(subject, circumstances, replay.as_ref(), across.as_ref())?.into_bytes()),
     ];
+    if let Some(csv) = subjects::csv(subject) {
+        files.push(("subjects.csv", csv.into_bytes()));
+    }
+    if let (Some(csv), Some(drawn)) = (subjects::maps_csv(subject), &across) {
+        files.push(("subject_maps.csv", csv.into_bytes()));
+        files.push(("subject_maps.png", png(drawn)?));
+    }
     if let Some(replay) = &replay {
         files.push(("replay.csv", replay_csv(subject.outcome, replay).into_bytes()));
         files.push(("replay.svg", replay_svg(subject.face, subject.outcome, replay).into_bytes()));
@@ -77,7 +87,7 @@ pub fn replayed(subject: &Subject<'_>) -> Option<Replay> {
     Replay::new(project, face, outcome, pull_of_muscles(face, outcome, analysis)).ok()
 }
 
-/// The text of `report.html`.
+/// The text of `report.html`; `drawn` are the maps across subjects.
 ///
 /// # Errors
 /// [`ReportError`].
@@ -85,6 +95,7 @@ pub fn report(
     subject: &Subject<'_>,
     circumstances: &Circumstances,
     replay: Option<&Replay>,
+    drawn: Option<&RgbImage>,
 ) -> Result<String, ReportError> {
     let (analysis, outcome, unit) = (subject.analysis, subject.outcome, subject.outcome.unit());
     let name = title(subject.project);
@@ -138,8 +149,11 @@ pub fn report(
         d.drawing(&ladder_svg(ladder), "Held-out error of each rung");
         d.table(&muscle_tables::ladder(ladder));
     }
-    for (other, carried) in subject.carried {
-        tried_on(&mut d, other, carried);
+    for other in subject.others {
+        tried_on(&mut d, other);
+    }
+    if !subject.others.is_empty() {
+        across(&mut d, subject, drawn)?;
     }
     d.heading("How this was made");
     if !circumstances.command.is_empty() {
@@ -218,15 +232,11 @@ fn maps(subject: &Subject<'_>) -> Result<RgbImage, ReportError> {
         };
         surface_picture::render(&positions, face.mesh().triangles(), Some(values), &options)
     };
-    let pictures = [one(&fields.observed, "Observed")?, one(&fields.said, "Best law")?, one(&fields.left, "Left")?];
-    let (width, height) = (pictures.iter().map(RgbImage::width).sum(), pictures[0].height());
-    let mut sheet = RgbImage::from_pixel(width, height, image::Rgb([255; 3]));
-    let mut x = 0;
-    for picture in &pictures {
-        image::imageops::replace(&mut sheet, picture, x, 0);
-        x += i64::from(picture.width());
-    }
-    Ok(sheet)
+    Ok(subjects::sheet(&[vec![
+        one(&fields.observed, "Observed")?,
+        one(&fields.said, "Best law")?,
+        one(&fields.left, "Left")?,
+    ]]))
 }
 
 fn activation_table(d: &mut Document, subject: &Subject<'_>) {
@@ -290,31 +300,28 @@ fn smallest_set(d: &mut Document, subject: &Subject<'_>) {
     d.paragraph(&format!("Tested on {} patches of skin left out in turn.", analysis.selection.patches));
 }
 
-fn tried_on(d: &mut Document, other: &str, carried: &crate::muscle_field::subjects::Carried) {
-    d.heading(&format!("The laws tried on {other}"));
+fn tried_on(d: &mut Document, other: &Other) {
+    d.heading(&format!("The laws tried on {}", other.name));
     d.paragraph(&format!(
-        "{} vertices. As fitted: shape and strengths of this subject. Shape carried: strengths fitted there. Refitted: all fitted there.",
-        carried.samples
+        "{} vertices. As fitted: shape and strengths of this subject. Carried: its shape, strengths fitted there. Refitted: all fitted there.",
+        other.carried.samples
     ));
-    if !carried.missing.is_empty() {
-        d.warning(&format!("That face lacks {}; they were left out.", carried.missing.join(", ")));
+    d.table(&muscle_tables::carried(&other.carried));
+    for words in muscle_tables::carried_in_words(&other.carried) {
+        d.paragraph(&words);
     }
-    let r2 = |fit: &Result<LawFit, FailedFit>| fit.as_ref().map_or_else(|_| "–".into(), |f| fixed(f.r2, 3));
-    let held_out = |held_out: &Option<crate::fit::HeldOut>| error(held_out.as_ref().map(|h| h.error));
-    let rows: Vec<Vec<String>> = carried
-        .rows
-        .iter()
-        .map(|row| {
-            vec![
-                row.label.clone(),
-                row.as_fitted_r2.map_or_else(|| "–".into(), |x| fixed(x.max(-9.99), 3)),
-                r2(&row.shape_carried),
-                held_out(&row.shape_carried_held_out),
-                r2(&row.refitted),
-                held_out(&row.refitted_held_out),
-            ]
-        })
-        .collect();
-    let head = ["Law", "R² as fitted", "R², shape carried", "held-out error", "R², refitted", "held-out error"];
-    d.plain_table(&head, &rows);
+}
+
+/// Mean, spread and differences, or why there are none.
+fn across(d: &mut Document, subject: &Subject<'_>, drawn: Option<&RgbImage>) -> Result<(), ReportError> {
+    d.heading("Across subjects");
+    match (subjects::together(subject, Part::Magnitude), drawn) {
+        (Ok(maps), Some(drawn)) => {
+            d.paragraph(&subjects::in_words(subject, &maps));
+            d.picture(&png(drawn)?, "Length of the force and its component along the fibres: mean, standard deviation, and this subject less the others");
+        }
+        (Err(why), _) => d.warning(&sentence(&why.to_string())),
+        (Ok(_), None) => {}
+    }
+    Ok(())
 }

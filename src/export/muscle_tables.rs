@@ -2,8 +2,9 @@
 
 use crate::draw::numbers::{fixed, significant, with_error};
 use crate::face::FaceModel;
-use crate::fit::{FailedFit, LawFit};
+use crate::fit::{FailedFit, HeldOut, LawFit};
 use crate::muscle_field::fibres::muscle_name;
+use crate::muscle_field::subjects::{Carried, CarriedRow};
 use crate::muscle_field::{Analysis, Ladder};
 
 /// A table: the first column is words, the others are numbers.
@@ -149,6 +150,90 @@ pub fn ladder(ladder: &Ladder) -> Table {
         rows: rows.collect(),
         best: ladder.recommended,
     }
+}
+
+/// The laws tried on another subject; the row marked is the nearest with its shape carried.
+pub fn carried(carried: &Carried) -> Table {
+    let r2 = |fit: &Result<LawFit, FailedFit>| fit.as_ref().map_or_else(|_| "no fit".to_owned(), |f| share(f.r2));
+    let columns = [
+        errors(carried, |row| row.shape_carried_held_out.as_ref()),
+        errors(carried, |row| row.refitted_held_out.as_ref()),
+    ];
+    let rows = carried.rows.iter().enumerate().map(|(k, row)| {
+        vec![
+            row.label.clone(),
+            row.as_fitted_r2.map_or_else(|| UNKNOWN.to_owned(), share),
+            r2(&row.shape_carried),
+            columns[0][k].clone(),
+            r2(&row.refitted),
+            columns[1][k].clone(),
+        ]
+    });
+    Table {
+        head: vec![
+            ("Law", "All with the muscles of this subject's fits, on the other's forces"),
+            (
+                "R² as fitted",
+                "Share of the squared force explained with this subject's shape and strengths; below 0 no muscle at all would be nearer",
+            ),
+            ("R² carried", "With this subject's shape, and strengths fitted there"),
+            (
+                "Held-out, carried",
+                "Error on patches left out there; 1 is as good as no muscle at all. In brackets its place among the laws",
+            ),
+            ("R² refitted", "With shape and strengths fitted there"),
+            (
+                "Held-out, refitted",
+                "Error on patches left out there, fitted anew each time. In brackets its place among the laws",
+            ),
+        ],
+        rows: rows.collect(),
+        best: carried.nearest()[0],
+    }
+}
+
+/// "0.512 (1)": errors with their places among the laws.
+fn errors(carried: &Carried, of: fn(&CarriedRow) -> Option<&HeldOut>) -> Vec<String> {
+    let all: Vec<Option<f64>> = carried.rows.iter().map(|row| of(row).map(|h| h.error)).collect();
+    let place = |own: f64| 1 + all.iter().flatten().filter(|e| **e < own).count();
+    all.iter().map(|e| e.map_or_else(|| error(None), |own| format!("{} ({})", error(Some(own)), place(own)))).collect()
+}
+
+/// A share explained; what is ten times worse than no muscle is as bad as a million times.
+fn share(r2: f64) -> String {
+    if r2 < -9.99 { "below −10".to_owned() } else { fixed(r2, 3) }
+}
+
+/// What is to be said of the laws on another subject: which is nearest, what carrying its shape costs, what could not be fitted, what is missing.
+pub fn carried_in_words(carried: &Carried) -> Vec<String> {
+    let mut words = Vec::new();
+    let [shape, whole] = carried.nearest();
+    let named = |k: usize, held_out: &Option<HeldOut>| {
+        format!("{} ({})", carried.rows[k].label, error(held_out.as_ref().map(|h| h.error)))
+    };
+    let of_shape = shape.map(|k| named(k, &carried.rows[k].shape_carried_held_out));
+    let of_whole = whole.map(|k| named(k, &carried.rows[k].refitted_held_out));
+    words.push(match (of_shape, of_whole) {
+        (Some(shape), Some(whole)) => {
+            format!("Least error on skin left out: with the shape carried {shape}, refitted {whole}.")
+        }
+        (Some(shape), None) => format!("Least error on skin left out, with the shape carried: {shape}."),
+        (None, Some(whole)) => format!("Least error on skin left out, refitted: {whole}."),
+        (None, None) => "No law could be tested on skin left out.".to_owned(),
+    });
+    if !carried.same_unit {
+        words.push("Only one of the two has a measured scale: strengths in N say nothing of relative forces, so no law is tried as fitted.".to_owned());
+    }
+    if !carried.missing.is_empty() {
+        words.push(format!("That face lacks {}; they were left out.", carried.missing.join(", ")));
+    }
+    for row in &carried.rows {
+        let carried =
+            row.shape_carried.as_ref().err().map(|f| format!("{}, shape carried: no fit: {}.", row.label, f.why));
+        let refitted = row.refitted.as_ref().err().map(|f| format!("{}, refitted: no fit: {}.", row.label, f.why));
+        words.extend(carried.into_iter().chain(refitted));
+    }
+    words
 }
 
 /// An error of ten is as far from the truth as one of a million.

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::csv::{numbers, quoted};
 use super::report::{Circumstances, Origin};
+use super::subjects::Across;
 use crate::draw::line_chart::{Axis, Bar, BarChart, COLOURS, HEADING, LineChart, Series, Style, Value, sheet};
 use crate::draw::numbers::significant;
 use crate::face::FaceModel;
@@ -15,7 +16,7 @@ use crate::fit::selection::Selection;
 use crate::muscle_field::fibres::muscle_name;
 use crate::muscle_field::fields::fields;
 use crate::muscle_field::profiles::{Part, Profile, Way, profile_of_laws};
-use crate::muscle_field::subjects::Carried;
+use crate::muscle_field::subjects::{Carried, Other};
 use crate::muscle_field::{Analysis, Ladder, LawRow, Question};
 use crate::pipeline::Outcome;
 use crate::project::Project;
@@ -44,8 +45,8 @@ pub struct Subject<'a> {
     pub ladder: Option<&'a Ladder>,
     /// The picture of the last frame, where it is there.
     pub last_frame: Option<&'a image::RgbImage>,
-    /// Other subjects that the laws were tried on, each with its name.
-    pub carried: &'a [(String, Carried)],
+    /// Other subjects that the laws were tried on.
+    pub others: &'a [Other],
 }
 
 #[derive(Serialize)]
@@ -68,6 +69,7 @@ struct Report<'a> {
     smallest_set: SmallestSet<'a>,
     ladder: Option<&'a Ladder>,
     tried_on: Vec<TriedOn<'a>>,
+    across_subjects: Option<Across>,
     remarks: &'a [String],
     timings_ms: std::collections::BTreeMap<&'static str, f64>,
 }
@@ -147,7 +149,8 @@ pub fn fit_json(subject: &Subject<'_>, circumstances: &Circumstances) -> String 
             .collect(),
         smallest_set: SmallestSet { muscles: ids(&analysis.selection.chosen), selection: &analysis.selection },
         ladder: subject.ladder,
-        tried_on: subject.carried.iter().map(|(project, carried)| TriedOn { project, carried }).collect(),
+        tried_on: subject.others.iter().map(|o| TriedOn { project: &o.name, carried: &o.carried }).collect(),
+        across_subjects: (!subject.others.is_empty()).then(|| Across::of(subject)),
         remarks: &circumstances.remarks,
         timings_ms: circumstances.timings_ms.iter().copied().collect(),
     };

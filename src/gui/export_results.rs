@@ -51,7 +51,7 @@ pub fn write(folder: &Path, results: &Results, progress: &Progress) -> Result<()
         // A frame that cannot be read leaves out the pictures over it; the pane of the frame says why.
         let last = last_frame.as_ref().and_then(|source| source.read().ok()).map(Frame::into_image);
         let (ladder, last_frame) = (ladder.as_deref(), last.as_ref());
-        let subject = Subject { project, face, outcome, analysis, ladder, last_frame, carried: &[] };
+        let subject = Subject { project, face, outcome, analysis, ladder, last_frame, others: &[] };
         let mut words = vec![format!("frontalis fit {from} --out {to}")];
         words.extend(analysis.question.arguments(face));
         words.extend(ladder.is_some().then(|| "--ladder".to_owned()));

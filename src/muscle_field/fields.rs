@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::analysis::{Analysis, Pull};
-use super::fibres::{fibre_field, fibres};
+use super::fibres::{FibreAt, fibre_field, fibres};
 use super::profiles::Part;
 use super::replay::pull;
 use super::samples::{Include, Samples};
@@ -41,38 +41,62 @@ pub fn activation_field(face: &FaceModel, outcome: &Outcome, law: &MuscleLaw) ->
     Some(within.into_iter().zip(across).map(|(a, b)| a + b).collect())
 }
 
+/// How forces of an outcome are read as one value a vertex: which part of them, and whether only what lies in the skin.
+pub(super) struct Reading<'a> {
+    outcome: &'a Outcome,
+    normals: Vec<Vector3<f64>>,
+    along: Vec<Option<FibreAt>>,
+    compare: Compare,
+    part: Part,
+}
+
+impl<'a> Reading<'a> {
+    /// Where only what lies in the skin is compared, only that is read.
+    pub(super) fn new(outcome: &'a Outcome, face: &FaceModel, compare: Compare, part: Part) -> Self {
+        let normals = face.mesh().vertex_normals(&outcome.first);
+        Self { outcome, normals, along: fibre_field(face, &outcome.first), compare, part }
+    }
+
+    /// What was observed.
+    pub(super) fn observed(&self) -> Vec<Option<f64>> {
+        self.values(&|v| self.outcome.field.force.get(v).copied())
+    }
+
+    /// Any force a vertex, at the vertices that are known.
+    fn values(&self, of: &dyn Fn(usize) -> Option<Vector3<f64>>) -> Vec<Option<f64>> {
+        let known = |v: usize| self.outcome.states.get(v).is_some_and(|s| s.is_known());
+        let value = |v: usize| self.value(v, of(v)?).filter(|x| x.is_finite());
+        (0..self.normals.len()).map(|v| if known(v) { value(v) } else { None }).collect()
+    }
+
+    fn value(&self, v: usize, force: Vector3<f64>) -> Option<f64> {
+        let laid = match self.compare {
+            Compare::Tangential => force - self.normals[v] * self.normals[v].dot(&force),
+            _ => force,
+        };
+        match self.part {
+            Part::Magnitude => Some(laid.norm()),
+            Part::AlongFibre => self.along.get(v)?.as_ref().map(|at| laid.dot(&at.direction)),
+        }
+    }
+}
+
 /// The fields of the law with that index in [`Analysis::laws`]. Where only what lies in the skin was compared, only that is shown.
 pub fn fields(outcome: &Outcome, face: &FaceModel, analysis: &Analysis, law: usize, part: Part) -> Fields {
-    let mesh = face.mesh();
-    let normals = mesh.vertex_normals(&outcome.first);
-    let along = fibre_field(face, &outcome.first);
+    let reading = Reading::new(outcome, face, analysis.question.compare, part);
     let fibres = analysis.set_fibres();
     let fit = analysis.laws.get(law).and_then(|row| row.fit.as_ref().ok());
-    let lay = |v: usize, f: Vector3<f64>| match analysis.question.compare {
-        Compare::Tangential => f - normals[v] * normals[v].dot(&f),
-        _ => f,
-    };
-    let shown = |v: usize, f: &Vector3<f64>| match part {
-        Part::Magnitude => Some(f.norm()),
-        Part::AlongFibre => along[v].as_ref().map(|at| f.dot(&at.direction)),
-    };
-    let values = |of: &dyn Fn(usize) -> Option<Vector3<f64>>| -> Vec<Option<f64>> {
-        let known = |v: usize| outcome.states.get(v).is_some_and(|s| s.is_known()) && v < outcome.field.force.len();
-        let value = |v: usize| shown(v, &of(v)?).filter(|x| x.is_finite());
-        (0..mesh.len()).map(|v| if known(v) { value(v) } else { None }).collect()
-    };
-    let observed = |v: usize| lay(v, outcome.field.force[v]);
-    let said = |v: usize| Some(lay(v, fit?.force_at(&fibres, &outcome.first[v])));
-    let mut fitted = vec![false; mesh.len()];
+    let said = |v: usize| Some(fit?.force_at(&fibres, outcome.first.get(v)?));
+    let mut fitted = vec![false; face.mesh().len()];
     for &v in &analysis.samples.vertices {
         if let Some(fitted) = fitted.get_mut(v as usize) {
             *fitted = true;
         }
     }
     Fields {
-        observed: values(&|v| Some(observed(v))),
-        said: values(&said),
-        left: values(&|v| Some(observed(v) - said(v)?)),
+        observed: reading.observed(),
+        said: reading.values(&said),
+        left: reading.values(&|v| Some(outcome.field.force.get(v)? - said(v)?)),
         fitted,
     }
 }

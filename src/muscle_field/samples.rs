@@ -42,7 +42,8 @@ impl Include {
         }
     }
 
-    fn takes(self, outcome: &Outcome, vertex: usize) -> bool {
+    /// Whether a vertex counts.
+    pub fn takes(self, outcome: &Outcome, vertex: usize) -> bool {
         match self {
             Self::Believed => outcome.is_believed(vertex),
             Self::Measured => outcome.states.get(vertex) == Some(&VertexState::Measured),

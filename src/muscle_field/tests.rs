@@ -5,9 +5,10 @@ use nalgebra::{Point3, Vector3};
 use super::analysis::{Analysis, Nothing, Question};
 use super::fibres::{fibre_field, fibre_through, fibres};
 use super::ladder::ladder;
+use super::maps::{MapsError, of_subjects};
 use super::profiles::{Part, Way, profile};
 use super::samples::{Include, Samples};
-use super::subjects::carry;
+use super::subjects::{Seen, carry, told_apart};
 use crate::displacement::VertexState;
 use crate::face::{FaceModel, FaceParts, Mesh, Muscle, Side};
 use crate::muscle::{Anatomical, LawKind, MuscleLaw};
@@ -191,11 +192,45 @@ fn the_muscles_that_made_a_field_are_found_with_their_law_and_strengths() {
 
     // The same law on the same muscles twice as strong: its shape holds, its strengths explain 1 − (1/2)² of the squares.
     let (_, twice) = pulled([1.8, 0.8]);
-    let carried = carry(&found, &face, &twice, &face).unwrap();
+    let [own, other] =
+        [("own", &outcome), ("twice", &twice)].map(|(name, outcome)| Seen { name, face: &face, outcome });
+    let told = std::cell::RefCell::new(Vec::new());
+    let carried = carry(&found, own, other, &|| false, &|share| told.borrow_mut().push(share)).unwrap().unwrap();
+    assert_eq!(told.into_inner(), [0.2, 0.4, 0.6, 0.8, 1.0], "five laws");
     let row = carried.rows.iter().find(|r| r.label == best.label).unwrap();
     assert!((row.as_fitted_r2.unwrap() - 0.75).abs() < 1e-3, "{:?}", row.as_fitted_r2);
     assert!(row.shape_carried.as_ref().unwrap().r2 > 1.0 - 1e-6);
-    assert!(carried.missing.is_empty());
+    assert!(carried.missing.is_empty() && carried.same_unit);
+    assert!(carried.nearest()[0].is_some_and(|k| carried.rows[k].label == best.label));
+
+    // Its profile there: as fitted here the law says half of what was observed, with strengths of there all of it.
+    let k = carried.rows.iter().position(|r| r.label == best.label).unwrap();
+    let cut = carried.profile(other, k, "frontalis_medial_left", Way::Radial, Part::AlongFibre).unwrap();
+    let [as_fitted, shape, refitted] = [0, 1, 2].map(|c| &cut.curves[c].points);
+    assert!(as_fitted.len() > 20 && as_fitted.len() == shape.len() && shape.len() == refitted.len());
+    for (a, s) in as_fitted.iter().zip(shape).filter(|(a, _)| a[1].is_finite()) {
+        assert!((2.0 * a[1] - s[1]).abs() < 1e-3, "{a:?} {s:?}");
+    }
+    assert!(carried.profile(other, k, "mentalis_left", Way::Radial, Part::AlongFibre).is_none(), "not fitted");
+
+    // Stopped between two laws it says nothing; with a scale on one side alone no strength is carried.
+    assert!(carry(&found, own, other, &|| true, &|_| {}).is_none());
+    let newtons = Outcome { scale_measured: true, ..twice.clone() };
+    let there = Seen { name: "newtons", face: &face, outcome: &newtons };
+    let mixed = carry(&found, own, there, &|| false, &|_| {}).unwrap().unwrap();
+    assert!(!mixed.same_unit && mixed.rows.iter().all(|r| r.as_fitted_r2.is_none()));
+    assert!(mixed.rows[k].shape_carried.as_ref().unwrap().r2 > 1.0 - 1e-6, "a shape has no unit of force");
+    let still =
+        Outcome { field: ForceField { force: vec![Vector3::zeros(); 612], ..twice.field.clone() }, ..twice.clone() };
+    let still = Seen { name: "still", face: &face, outcome: &still };
+    assert_eq!(carry(&found, own, still, &|| false, &|_| {}).unwrap().unwrap_err(), Nothing::NoForce);
+
+    // A law without a fit here is refitted there all the same.
+    let mut lame = found.clone();
+    let why = crate::fit::NoFit::OutOfReach;
+    lame.laws[0].fit = Err(crate::fit::FailedFit { label: "Waters".into(), why, evaluations: 0, time_ms: 0.0 });
+    let carried = carry(&lame, own, other, &|| false, &|_| {}).unwrap().unwrap();
+    assert!(carried.rows.len() == 5 && carried.rows[0].shape_carried.is_err() && carried.rows[0].refitted.is_ok());
 
     let project = Project::default();
     let built = ladder(&project, &face, [1036, 1036], &found, &|| false, &|_| {}).unwrap();
@@ -226,4 +261,51 @@ fn noise_alone_is_explained_by_no_muscle_and_no_field_is_no_answer() {
         Analysis::new(&outcome, &face, &Question::default(), &|| false).unwrap().unwrap_err(),
         Nothing::NoSamples
     );
+}
+
+#[test]
+fn only_vertices_that_count_on_all_subjects_are_put_together() {
+    let face = sheet();
+    let mut one = outcome(&face);
+    let mut two = outcome(&face);
+    // At (40, 50), vertex 49, the force is (1, 5, 0); the other's is (3, 1, 0): lengths √26 and √10, along the fibre 5 and 1.
+    two.field.force[49] = Vector3::new(3.0, 1.0, 0.0);
+    two.border[50] = true;
+    one.states[51] = VertexState::Inferred;
+    let question = Question::default();
+    let seen = |one: &Outcome, two: &Outcome, part| {
+        let pair = [("one", one), ("two", two)].map(|(name, outcome)| Seen { name, face: &face, outcome });
+        of_subjects(&pair, &question, part)
+    };
+    let along = seen(&one, &two, Part::AlongFibre).unwrap();
+    assert_eq!((along.mean[49], along.difference(1)[49]), (Some(3.0), Some(4.0)));
+    // √((2² + 2²) / 1).
+    assert!((along.spread[49].unwrap() - 8.0_f64.sqrt()).abs() < 1e-12);
+    assert_eq!((along.values[0][50], along.values[1][50]), (Some(5.0), None));
+    assert_eq!([50, 51].map(|v: usize| along.mean[v]), [None; 2], "one is on the border, one is inferred");
+    assert_eq!(along.mean[0], None, "no muscle runs there");
+    let length = seen(&one, &two, Part::Magnitude).unwrap();
+    assert!((length.difference(1)[49].unwrap() - (26.0_f64.sqrt() - 10.0_f64.sqrt())).abs() < 1e-12);
+    assert_eq!(length.shared(), 79);
+
+    // What cannot be put together says why.
+    two.scale_measured = true;
+    let words = seen(&one, &two, Part::Magnitude).unwrap_err().to_string();
+    assert!(words.contains("of one are relative") && words.contains("of two are in N"), "{words}");
+    let other = crate::face::generic();
+    let generic = unmarked(&other);
+    let pair =
+        [Seen { name: "one", face: &face, outcome: &one }, Seen { name: "far", face: &other, outcome: &generic }];
+    let wrong = of_subjects(&pair, &question, Part::Magnitude).unwrap_err();
+    assert_eq!(wrong, MapsError::Topology { name: "far".into() });
+    assert_eq!(of_subjects(&pair[..1], &question, Part::Magnitude).unwrap_err(), MapsError::Alone);
+}
+
+#[test]
+fn subjects_of_one_name_are_told_apart_by_folder_or_number() {
+    let names =
+        |all: &[(&str, &str)]| told_apart(&all.iter().map(|(n, p)| (*n, std::path::Path::new(p))).collect::<Vec<_>>());
+    assert_eq!(names(&[("Anna", "a/x.frontalis"), ("", "b/bert.frontalis")]), ["Anna", "bert.frontalis"]);
+    assert_eq!(names(&[("Twin", "a/x"), ("Twin", "b/x"), ("Lea", "a/l")]), ["Twin (a)", "Twin (b)", "Lea"]);
+    assert_eq!(names(&[("Twin", "a/x"), ("Twin", "a/y"), ("Twin", "x")]), ["Twin (a)", "Twin (a) 2", "Twin"]);
 }

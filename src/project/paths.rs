@@ -17,6 +17,11 @@ pub fn resolve_text(project_path: &Path, text: &str) -> PathBuf {
     folder_of(project_path).join(text.split('/').collect::<Vec<_>>().join(std::path::MAIN_SEPARATOR_STR))
 }
 
+/// Whether two paths name one file, links followed where the file is there.
+pub fn same_file(a: &Path, b: &Path) -> bool {
+    absolute(a) == absolute(b)
+}
+
 /// A path cannot be written as text.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}: the name is not Unicode and cannot be written in a project; rename it", .path.display())]
@@ -107,6 +112,8 @@ mod tests {
         assert_eq!(to_text(Some(&root.join("c/p.json")), &root.join("c/x.png")).unwrap(), "x.png");
         let absolute = to_text(None, &root.join("c/x.png")).unwrap();
         assert_eq!(resolve_text(&project, &absolute), root.join("c/x.png"));
+        assert!(same_file(&root.join("c/x.png"), &root.join("a/../c/x.png")));
+        assert!(!same_file(&root.join("c/x.png"), &root.join("c/y.png")));
     }
 
     #[test]
