@@ -29,6 +29,8 @@ pub enum Action {
     OpenFolder,
     /// Read marks from a file of another program or project.
     ImportMarks,
+    /// Open projects of other subjects, to try the laws on them.
+    OtherSubjects,
     /// Write the results into a folder.
     Export,
     /// Leave the program.

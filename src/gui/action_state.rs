@@ -183,7 +183,7 @@ impl ActionState {
             Action::Redo => self.redo.is_some(),
             Action::SaveFace | Action::SaveFaceAs | Action::UseFace | Action::TransferFace => self.face,
             Action::ClearMark if self.switches.workspace == Workspace::Face => self.slot,
-            Action::Export => self.results,
+            Action::Export | Action::OtherSubjects => self.results,
             Action::FromFit => self.results && self.fitted_face,
             Action::PlayPause | Action::StepOnce | Action::ResetPlay | Action::Settle | Action::ClearExpression => {
                 self.switches.workspace == Workspace::Expressions

@@ -78,6 +78,13 @@ pub const TABLE: &[Spec] = &[
         "Read marks from a CSV, TPS or COCO file, as suggestions or to accept them all at once.",
     )),
     row(
+        A::OtherSubjects,
+        M::File,
+        "Other subjects…",
+        &[],
+        "Open projects of other subjects: the laws found here are tried on them, and the forces of all are put together vertex by vertex.",
+    ),
+    row(
         A::Export,
         M::File,
         "Export results…",

@@ -16,6 +16,7 @@ use super::panels::frames::points;
 use super::pictures::Pictures;
 use super::replay_work::ReplayWork;
 use super::study_work::StudyWork;
+use super::subjects_work::SubjectsWork;
 use super::suggesting::{Status, Suggesting};
 use super::view_state::{NoticeKind, ViewState, Workspace};
 use super::{Command, Scene, Stamp, files, panels};
@@ -40,6 +41,7 @@ pub struct App {
     pub(super) faces: Vec<(FaceSource, Arc<FaceModel>)>,
     pub(super) face_work: FaceWork,
     pub(super) muscle_work: MuscleWork,
+    pub(super) subjects_work: SubjectsWork,
     pub(super) expression_work: ExpressionWork,
     pub(super) replay_work: ReplayWork,
     pub(super) study_work: StudyWork,
@@ -146,6 +148,7 @@ impl App {
             faces: Vec::new(),
             face_work: FaceWork::default(),
             muscle_work: MuscleWork::default(),
+            subjects_work: SubjectsWork::default(),
             expression_work: ExpressionWork::default(),
             replay_work: ReplayWork::default(),
             study_work: StudyWork::default(),
@@ -321,6 +324,7 @@ impl App {
             stamp,
             face_work,
             muscle_work,
+            subjects_work,
             expression_work,
             replay_work,
             study_work,
@@ -342,7 +346,8 @@ impl App {
                 panels::frames::show(ui, scene, pictures, history, &state, frames, focus, commands);
             }
             Workspace::Muscles => {
-                panels::muscles::show(ui, scene, muscle_work, &mut view.muscles, &mut view.focus, commands);
+                let (view, focus) = (&mut view.muscles, &mut view.focus);
+                panels::muscles::show(ui, scene, muscle_work, subjects_work, view, focus, commands);
             }
             Workspace::Expressions => {
                 let (view, focus) = (&mut view.expressions, &mut view.focus);

@@ -87,6 +87,10 @@ pub enum Command {
     Tell(NoticeKind, String),
     /// Build the ladder of models on the muscles shown.
     BuildLadder,
+    /// Take another subject off the list.
+    RemoveSubject(u64),
+    /// Try the laws on the other subjects, where that was stopped.
+    TrySubjects,
     /// Stop a long work.
     CancelJob(u64),
 }

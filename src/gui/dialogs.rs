@@ -24,6 +24,8 @@ pub enum Purpose {
     Marks,
     /// Another project to compare with.
     Compare,
+    /// Projects of other subjects.
+    Subjects,
     /// A film.
     Film,
     /// A folder for two frames of a film, whose own takes none.
@@ -69,6 +71,7 @@ impl Purpose {
             Self::Frame(crate::project::Which::Last) => "Choose the last frame",
             Self::Marks => "Import marks",
             Self::Compare => "Compare with project",
+            Self::Subjects => "Open other subjects",
             Self::Film => "Open film",
             Self::StillsFolder(_) => "Choose a folder for the two frames",
             Self::FrameFolder => "Choose a folder of numbered frames",
@@ -93,6 +96,7 @@ impl Purpose {
             Self::Frame(_) => "Type the path of the picture, or drop it on the window.",
             Self::Marks => "Type the path of a CSV, TPS or COCO file of marks.",
             Self::Compare => "Type the path of the project to compare with.",
+            Self::Subjects => "Type the path of another subject's project.",
             Self::Film => "Type the path of the film, or drop it on the window.",
             Self::StillsFolder(_) => {
                 "The film's folder cannot be written. Type the path of a folder for the two frames, as pictures."
@@ -115,7 +119,7 @@ impl Purpose {
     /// Names of the paths to type.
     pub fn paths(&self) -> &'static [&'static str] {
         match self {
-            Self::OpenProject | Self::Compare => &["Project"],
+            Self::OpenProject | Self::Compare | Self::Subjects => &["Project"],
             Self::SaveProject { .. } | Self::SaveFace { .. } | Self::SaveExpression { .. } => &["File"],
             Self::OpenExpression => &["Expression"],
             Self::OpenStudy => &["Table"],
@@ -202,6 +206,7 @@ fn ask_and_send(purpose: &Purpose, sender: &Sender<Answer>, ctx: &egui::Context)
         Purpose::OpenProject | Purpose::Compare => {
             dialog.add_filter("Frontalis project", &["frontalis", "json"]).pick_file().map(|f| vec![f])
         }
+        Purpose::Subjects => dialog.add_filter("Frontalis project", &["frontalis", "json"]).pick_files(),
         Purpose::SaveProject { suggested, .. } => {
             dialog.add_filter("Frontalis project", &["frontalis"]).set_file_name(suggested).save_file().map(|f| vec![f])
         }

@@ -1,7 +1,7 @@
 //! Writing the results into a folder: what `frontalis solve` writes, the marks, and what `frontalis fit` writes where the muscles are known.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::jobs::Progress;
@@ -10,6 +10,7 @@ use crate::export::muscles::Subject;
 use crate::export::{csv, height_map, muscle_report, png, report, vtk};
 use crate::face::FaceModel;
 use crate::frames::Frame;
+use crate::muscle_field::subjects::Other;
 use crate::muscle_field::{Analysis, Ladder};
 use crate::pipeline::Outcome;
 use crate::project::Project;
@@ -25,6 +26,8 @@ pub struct Results {
     pub outcome: Outcome,
     /// The muscles behind it and the ladder, where they were looked for.
     pub muscles: Option<(Arc<Analysis>, Option<Arc<Ladder>>)>,
+    /// Other subjects that their laws were tried on, each with its file.
+    pub others: Vec<(PathBuf, Other)>,
     /// The last frame, where it is the one that was marked.
     pub last_frame: Option<Source>,
     /// How the project's file and the folder stand in a line for the shell.
@@ -37,7 +40,7 @@ pub struct Results {
 /// # Errors
 /// One line: which file, why, what to do.
 pub fn write(folder: &Path, results: &Results, progress: &Progress) -> Result<(), String> {
-    let Results { project, face, outcome, muscles, last_frame, named: [from, to] } = results;
+    let Results { project, face, outcome, muscles, others, last_frame, named: [from, to] } = results;
     let made_by = |command: String| report::Circumstances { command, ..report::Circumstances::default() };
     let circumstances = made_by(format!("frontalis solve {from} --out {to}"));
     let mut files = vec![
@@ -51,9 +54,11 @@ pub fn write(folder: &Path, results: &Results, progress: &Progress) -> Result<()
         // A frame that cannot be read leaves out the pictures over it; the pane of the frame says why.
         let last = last_frame.as_ref().and_then(|source| source.read().ok()).map(Frame::into_image);
         let (ladder, last_frame) = (ladder.as_deref(), last.as_ref());
-        let subject = Subject { project, face, outcome, analysis, ladder, last_frame, others: &[] };
+        let tried: Vec<Other> = others.iter().map(|(_, other)| other.clone()).collect();
+        let subject = Subject { project, face, outcome, analysis, ladder, last_frame, others: &tried };
         let mut words = vec![format!("frontalis fit {from} --out {to}")];
         words.extend(analysis.question.arguments(face));
+        words.extend(others.iter().map(|(path, _)| format!("--test '{}'", path.display())));
         words.extend(ladder.is_some().then(|| "--ladder".to_owned()));
         files.extend(muscle_report::files(&subject, &made_by(words.join(" "))).map_err(|e| e.to_string())?);
     }

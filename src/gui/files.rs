@@ -68,6 +68,7 @@ impl App {
         self.waiting_frames.clear();
         self.suggesting.forget_imported();
         self.view.frames.fit();
+        self.name_subjects();
         self.solve_anew();
         self.look_for_unsaved_work();
     }
@@ -129,6 +130,7 @@ impl App {
             self.document.journal = Journal::of(Some(&path), self.state_folder.as_deref());
         }
         self.document.path = Some(path);
+        self.name_subjects();
         if let Some(after) = then {
             self.commands.push(Command::Proceed(after));
         }
@@ -162,6 +164,7 @@ impl App {
             Purpose::SaveFace { then, .. } => self.save_face_to(first, then.clone(), ctx),
             Purpose::Marks => self.import_marks(first, ctx),
             Purpose::Compare => self.compare_with(&first),
+            Purpose::Subjects => self.add_subjects(&files),
             Purpose::Film | Purpose::FrameFolder => self.open_film(first, ctx),
             Purpose::StillsFolder(stills) => self.write_stills(stills.clone(), first, ctx),
             Purpose::ExportFolder => self.export(first, ctx),
@@ -275,6 +278,7 @@ impl App {
             face: Arc::clone(&self.face),
             outcome: self.outcome.clone(),
             muscles: self.muscle_work.current(self.stamp),
+            others: self.subjects_work.whole(self.muscle_work.answered()),
             last_frame: last.source().filter(|_| known).map(|(source, _)| source.clone()),
             named: [format!("'{named}'"), format!("'{}'", folder.display())],
         };

@@ -15,6 +15,7 @@ use super::film_work::{Looking, NotWritten, Stills};
 use super::import_marks::ReadMarks;
 use super::muscle_work::MuscleAnswer;
 use super::pictures::{Adjusted, Source};
+use super::subjects_work::Tried;
 use super::suggesting::{Answer, Failure, Ready};
 use crate::face::check::Report;
 use crate::frames::{Adjustment, Frame};
@@ -71,6 +72,8 @@ pub enum Finished {
     Suggested(Answer),
     /// The muscles behind the forces were looked for: the answer to the question of that number.
     Muscles(u64, MuscleAnswer),
+    /// The laws of the answer of that number were tried on other subjects.
+    Subjects(u64, Vec<Tried>),
     /// The last frame was simulated, for the outcome of that stamp, or not: one line says why.
     Replay(Stamp, Box<Result<Replay, String>>),
     /// A face was made ready to move, for the question of that number, or not: one line says why.
@@ -120,6 +123,8 @@ pub enum About {
     Suggestions,
     /// The muscles.
     Muscles,
+    /// The other subjects.
+    Subjects,
     /// The simulated last frame.
     Replay,
     /// The face that moves.

@@ -35,6 +35,7 @@ pub mod rescue;
 mod run_command;
 pub mod snapping;
 pub mod study_work;
+pub mod subjects_work;
 pub mod suggesting;
 pub mod texture;
 pub mod theme;

@@ -47,6 +47,11 @@ impl MuscleWork {
         self.answer.as_ref().map(|a| a.as_ref().map_err(|e| *e))
     }
 
+    /// The number of the answer that is shown; another one has another.
+    pub fn answered(&self) -> u64 {
+        self.answered
+    }
+
     /// Whether a newer answer is on its way.
     pub fn is_looking(&self) -> bool {
         self.answered != self.number

@@ -94,6 +94,8 @@ impl App {
                 self.stop(id);
             }
             Command::BuildLadder => self.build_ladder(ctx),
+            Command::RemoveSubject(id) => self.remove_subject(id),
+            Command::TrySubjects => self.try_subjects_again(),
         }
     }
 
@@ -130,6 +132,7 @@ impl App {
                 self.view.frames.suggest.on = false;
             }
             About::Muscles => self.muscles_stopped(),
+            About::Subjects => self.subjects_stopped(),
             About::Replay => self.replay_stopped(),
             About::Expressions => self.stage_stopped(),
             About::Study => self.study_stopped(),
@@ -217,6 +220,7 @@ impl App {
             Action::OpenFilm => self.dialogs.ask(ctx, Purpose::Film),
             Action::OpenFolder => self.dialogs.ask(ctx, Purpose::FrameFolder),
             Action::ImportMarks => self.dialogs.ask(ctx, Purpose::Marks),
+            Action::OtherSubjects => self.ask_for_subjects(ctx),
             Action::Export => self.dialogs.ask(ctx, Purpose::ExportFolder),
             Action::Undo => self.in_step_with_guide(|app| _ = app.document.history.undo()),
             Action::Redo => self.in_step_with_guide(|app| _ = app.document.history.redo()),
@@ -337,6 +341,7 @@ impl App {
         }
         self.resolve(ctx);
         self.follow_muscles(ctx);
+        self.follow_subjects(ctx);
         self.follow_replay(ctx);
         self.follow_expressions(ctx);
         self.follow_study();
@@ -362,6 +367,7 @@ impl App {
             Finished::Proposed(number, proposed) => self.face_proposed(number, *proposed, ctx),
             Finished::FaceChecked { number, revision, report } => self.face_checked(number, revision, report),
             Finished::Muscles(number, result) => self.muscles_found(number, result, ctx),
+            Finished::Subjects(number, tried) => self.subjects_tried(number, tried, ctx),
             Finished::Replay(stamp, found) => self.replay_found(stamp, *found, ctx),
             Finished::Stage(number, result) => self.stage_ready(number, *result, ctx),
             Finished::Skin(sha256, read) => self.skin_read(&sha256, read, ctx),
@@ -380,6 +386,7 @@ impl App {
                     About::Preparation(_)
                         | About::Suggestions
                         | About::Muscles
+                        | About::Subjects
                         | About::Replay
                         | About::Expressions
                         | About::Study

@@ -27,9 +27,7 @@ pub enum MapsError {
     #[error("there is no other subject to compare with")]
     Alone,
     /// Another mesh.
-    #[error(
-        "{name} is fitted with another face: only subjects on the same face model can be compared vertex by vertex"
-    )]
+    #[error("the face of {name} is another one: only subjects on the same face model can be compared vertex by vertex")]
     Topology {
         /// Whose.
         name: String,

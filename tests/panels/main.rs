@@ -18,6 +18,7 @@ mod replay;
 mod snapping;
 mod stage;
 mod study;
+mod subjects;
 mod suggesting;
 mod table_of_actions;
 mod times;

@@ -195,7 +195,7 @@ fn docs_images() {
     assert!(can_draw(), "the pictures of the documents need a graphics driver");
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
     std::fs::create_dir_all(&folder).unwrap();
-    let scenes: [Scene; 12] = [
+    let scenes: [Scene; 13] = [
         ("study-dark", true, crate::study::stability_maps),
         ("study-method-dark", true, crate::study::a_method_for_the_project),
         ("suggestions-dark", true, |w| {
@@ -235,6 +235,7 @@ fn docs_images() {
             view.muscles.question.compare = frontalis::fit::Compare::Along;
             view.muscles.question.muscles = Some(frontalis.map(|(i, _)| i).collect());
         }),
+        ("subjects-dark", true, crate::subjects::beside_two_twins),
         ("expressions-dark", true, |w| {
             use frontalis::gui::{Action, Command};
             w.state_mut().view_mut().workspace = frontalis::gui::Workspace::Expressions;

@@ -82,17 +82,19 @@ impl Palette {
         ((0.5 + self.range.position(value) * (TEXELS - 1) as f64) / TEXELS as f64) as f32
     }
 
-    /// The texture that is drawn from. Kept by the context until the palette changes.
+    /// The texture that is drawn from. The context keeps those of the last palettes: maps that stand side by side have one each, and what is let
+    /// go of in a frame is not drawn in it.
     pub fn texture(&self, ctx: &egui::Context) -> TextureHandle {
-        // Two maps side by side may have a palette each.
-        let id = egui::Id::unique("height map palette").with(self.signed);
-        if let Some((made_for, texture)) = ctx.data(|d| d.get_temp::<(Self, TextureHandle)>(id))
-            && made_for == *self
-        {
-            return texture;
+        const KEPT: usize = 6;
+        let id = egui::Id::unique("height map palettes");
+        let mut kept: Vec<(Self, TextureHandle)> = ctx.data(|d| d.get_temp(id)).unwrap_or_default();
+        if let Some((_, texture)) = kept.iter().find(|(made_for, _)| made_for == self) {
+            return texture.clone();
         }
         let texture = ink::texture(ctx, "height map palette", &self.row());
-        ctx.data_mut(|d| d.insert_temp(id, (*self, texture.clone())));
+        kept.push((*self, texture.clone()));
+        kept.drain(..kept.len().saturating_sub(KEPT));
+        ctx.data_mut(|d| d.insert_temp(id, kept));
         texture
     }
 

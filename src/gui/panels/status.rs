@@ -63,8 +63,10 @@ pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut ViewState, jobs: &Jo
 
 /// Whether a work is told of: suggestions are made anew after every mark, and that need not flicker by unless it takes long.
 fn told(job: &Job) -> bool {
-    !matches!(job.about, About::Suggestions | About::Muscles | About::Replay | About::Expressions | About::Skin)
-        || job.began.elapsed() > Duration::from_millis(500)
+    !matches!(
+        job.about,
+        About::Suggestions | About::Muscles | About::Subjects | About::Replay | About::Expressions | About::Skin
+    ) || job.began.elapsed() > Duration::from_millis(500)
 }
 
 /// What a press does, while a guide asks for points.

@@ -3,21 +3,23 @@
 use egui::{Align2, FontId, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
 
 use super::Shown;
+use super::layers::Layers;
 use crate::draw::numbers::{fixed, significant};
 use crate::gui::Focus;
 use crate::gui::height_map::ink::Inks;
 use crate::gui::height_map::options::with_error;
 use crate::muscle_field::fibres::muscle_name;
+use crate::muscle_field::maps::Maps;
 
 /// Shares smaller than this are summed up as "others".
 const LEAST_SHARE: f64 = 0.02;
 
 /// Shows the summary, and the card of the vertex hovered or selected.
-pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>, focus: &Focus) {
+pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>, layers: &Layers, focus: &Focus) {
     summary(ui, shown);
     ui.separator();
     match focus.hovered().or_else(|| focus.selected_vertex()) {
-        Some(v) if (v as usize) < shown.scene.outcome.first.len() => vertex(ui, shown, v),
+        Some(v) if (v as usize) < shown.scene.outcome.first.len() => vertex(ui, shown, layers, v),
         _ => {
             ui.strong("No vertex chosen");
             ui.weak("Point at a map to see its share of every muscle and its springs on the stress–strain curve; click to keep it.");
@@ -63,7 +65,7 @@ fn summary(ui: &mut Ui, shown: &Shown<'_>) {
     }
 }
 
-fn vertex(ui: &mut Ui, shown: &Shown<'_>, v: u32) {
+fn vertex(ui: &mut Ui, shown: &Shown<'_>, layers: &Layers, v: u32) {
     let (outcome, unit) = (shown.scene.outcome, shown.unit);
     ui.strong(format!("Vertex {v}"));
     let known = outcome.states.get(v as usize).is_some_and(|s| s.is_known());
@@ -73,9 +75,49 @@ fn vertex(ui: &mut Ui, shown: &Shown<'_>, v: u32) {
     } else {
         ui.weak("not measured");
     }
+    if let Some(Ok(maps)) = &layers.across {
+        across(ui, shown, layers, maps, v as usize);
+    }
     shares(ui, shown, v);
     ui.add_space(6.0);
     springs(ui, shown, v);
+}
+
+/// The vertex on every subject, what they have in common, and how this one differs.
+fn across(ui: &mut Ui, shown: &Shown<'_>, layers: &Layers, maps: &Maps, v: usize) {
+    ui.add_space(4.0);
+    let part = if layers.is_signed() { "Along the fibres" } else { "Length" };
+    ui.weak(format!("{part} on every subject, {}", shown.unit));
+    let at = |list: &[Option<f64>]| list.get(v).copied().flatten();
+    let sigmas = std::iter::once(shown.scene.outcome).chain(shown.subjects.others().map(|(_, o)| &*o.outcome));
+    egui::Grid::new("on every subject").spacing([10.0, 2.0]).show(ui, |ui| {
+        for ((name, values), outcome) in shown.names().iter().zip(&maps.values).zip(sigmas) {
+            name_cell(ui, egui::RichText::new(*name));
+            match at(values) {
+                Some(value) => ui.label(with_error(value, outcome.field.sigma.get(v).copied())),
+                None => ui.weak("does not count"),
+            };
+            ui.end_row();
+        }
+        let less = shown.other.map(|(_, other)| (format!("this less {}", other.name), shown.place_of_other()));
+        let less = less.and_then(|(words, place)| Some((words, at(&maps.difference(place))?)));
+        let common = [("mean", at(&maps.mean)), ("spread", at(&maps.spread))];
+        let common = common.into_iter().filter_map(|(words, value)| Some((words.to_owned(), value?)));
+        for (words, value) in common.chain(less) {
+            name_cell(ui, egui::RichText::new(words).weak());
+            ui.label(significant(value, 3));
+            ui.end_row();
+        }
+    });
+}
+
+/// A name in a column of a fixed width; what is longer is cut off, and told by the pointer.
+fn name_cell(ui: &mut Ui, words: egui::RichText) {
+    let size = vec2(118.0, 16.0);
+    ui.allocate_ui_with_layout(size, egui::Layout::left_to_right(egui::Align::Center), |ui| {
+        ui.set_min_width(size.x);
+        ui.add(egui::Label::new(words).truncate());
+    });
 }
 
 /// What each muscle does at the vertex, with the strengths of all muscles at once.

@@ -50,6 +50,8 @@ pub(in crate::gui::panels) struct Shared<'a> {
     pub(in crate::gui::panels) scene: Scene<'a>,
     /// The vertices from the eyes, mm.
     pub(in crate::gui::panels) first: &'a [Point3<f64>],
+    /// Values whose vertices the view must hold, so that both maps stand alike.
+    pub(in crate::gui::panels) in_view: &'a [Option<f64>],
     pub(in crate::gui::panels) options: &'a MapOptions,
     pub(in crate::gui::panels) range: ColourRange,
     pub(in crate::gui::panels) mm_per_unit: f64,
@@ -108,7 +110,7 @@ pub(in crate::gui::panels) fn show(
     let values = &map.layer.values;
     let surface = Surface::new(mesh, shared.first, values, shared.mm_per_unit, shared.options.relief);
     let most_mm = 2.0 * shared.mm_per_unit * shared.range.high.abs().max(shared.range.low.abs());
-    let shown = in_view(values, shared.options.fit_known);
+    let shown = in_view(shared.in_view, shared.options.fit_known);
     let outline: Vec<Point3<f64>> = surface.extent(shown.iter().copied(), most_mm).collect();
     let fit = |orbit: &OrbitView| orbit.project_into(room, outline.iter().copied());
     orbit.steer(ui, &response, home(), &fit);
@@ -242,6 +244,12 @@ pub(in crate::gui::panels) fn bar(ui: &Ui, canvas: Rect, layer: &Layer, options:
     let strip = Rect::from_min_max(pos2(canvas.right() - BAR, canvas.top()), canvas.max);
     painter.rect_filled(strip, 0.0, inks.canvas);
     colour_bar::show(&painter, canvas, layer, &options.palette(layer, range), options.range, &inks);
+}
+
+/// The halves of a canvas, each with room for a bar of its own beside it.
+pub(in crate::gui::panels) fn halves_with_bars(rect: Rect) -> [Rect; 2] {
+    let middle = rect.center().x.floor();
+    [rect.with_max_x(middle - 0.5 - BAR), Rect::from_min_max(pos2(middle + 0.5, rect.top()), rect.max - vec2(BAR, 0.0))]
 }
 
 /// The halves of a canvas, with a line between them.

@@ -4,27 +4,30 @@ mod activations;
 mod card;
 mod ladder;
 mod laws;
+mod layers;
 pub(super) mod maps;
 mod profiles;
 mod smallest_set;
+mod subjects;
 mod table;
 mod toolbar;
 
 use std::sync::Arc;
 
-use egui::{CentralPanel, Frame, Panel, Ui};
-use nalgebra::Point3;
+use egui::{Align2, CentralPanel, FontId, Frame, Panel, Ui, vec2};
 
 use crate::draw::words::sentence;
 use crate::fit::activations::Standing;
 use crate::gui::action::Action;
-use crate::gui::height_map::{ColourRange, Exaggeration, Layer, MapOptions, RangeMode};
+use crate::gui::height_map::ink::Inks;
+use crate::gui::height_map::{ColourRange, Exaggeration, MapOptions, RangeMode};
 use crate::gui::muscle_work::MuscleWork;
 use crate::gui::orbit_view::{OrbitView, Projection};
 use crate::gui::panels::in_fixed_width;
-use crate::gui::{Command, Focus, Scene, Stamp};
-use crate::muscle_field::fields::fields;
-use crate::muscle_field::profiles::Part;
+use crate::gui::subjects_work::SubjectsWork;
+use crate::gui::{Command, Focus, Scene};
+use crate::muscle_field::profiles::{Part, Way};
+use crate::muscle_field::subjects::Other;
 use crate::muscle_field::{Analysis, Question};
 use crate::project::PointId;
 
@@ -43,6 +46,12 @@ pub struct MusclesView {
     pub muscle: Option<usize>,
     /// What lies under the maps.
     pub tab: Tab,
+    /// The other subject chosen, by its number; the first while none is.
+    pub other: Option<u64>,
+    /// Whether the table on it is shown where there is no room for table and profile.
+    pub other_table: bool,
+    /// Which way the profile on it runs.
+    pub other_way: Way,
     /// Whether muscles are drawn over the maps.
     pub show_muscles: bool,
     /// How the maps are drawn.
@@ -51,7 +60,7 @@ pub struct MusclesView {
     pub orbit: OrbitView,
     shown: Option<(Projection, ColourRange)>,
     kept: maps::Kept,
-    layers: Option<Layers>,
+    layers: Option<layers::Layers>,
 }
 
 impl Default for MusclesView {
@@ -63,6 +72,9 @@ impl Default for MusclesView {
             law: None,
             muscle: None,
             tab: Tab::default(),
+            other: None,
+            other_table: true,
+            other_way: Way::Radial,
             show_muscles: true,
             options: maps::options(),
             orbit: maps::home(),
@@ -81,6 +93,19 @@ pub enum Second {
     /// What it leaves: observed less said.
     #[default]
     Residual,
+    /// The mean of all subjects.
+    Mean,
+    /// The standard deviation over all subjects.
+    Spread,
+    /// This subject less the other one that is chosen.
+    Difference,
+}
+
+impl Second {
+    /// Whether it speaks of several subjects.
+    pub fn is_across(self) -> bool {
+        matches!(self, Self::Mean | Self::Spread | Self::Difference)
+    }
 }
 
 /// What lies under the maps.
@@ -95,15 +120,8 @@ pub enum Tab {
     SmallestSet,
     /// The ladder of models.
     Ladder,
-}
-
-/// The values of both maps, kept until the answer or a choice changes.
-#[derive(Debug)]
-struct Layers {
-    from: (Stamp, *const Analysis, Part, Second, usize),
-    observed: Layer,
-    second: Layer,
-    first: Vec<Point3<f64>>,
+    /// The laws on other subjects.
+    Subjects,
 }
 
 impl MusclesView {
@@ -139,6 +157,7 @@ pub fn show(
     ui: &mut Ui,
     scene: Scene<'_>,
     work: &MuscleWork,
+    subjects: &SubjectsWork,
     view: &mut MusclesView,
     focus: &mut Focus,
     commands: &mut Vec<Command>,
@@ -154,8 +173,9 @@ pub fn show(
     {
         return waiting(ui, "Looking for the muscles behind the forces…");
     }
-    let shown = Shown::of(scene, work, &analysis, view);
-    Panel::top("muscles toolbar").show(ui, |ui| toolbar::show(ui, &shown, view));
+    let shown = Shown::of(scene, work, subjects, &analysis, view);
+    let layers = layers::Layers::of(&shown, view.part, view.layers.take());
+    Panel::top("muscles toolbar").show(ui, |ui| toolbar::show(ui, &shown, view, commands));
     Panel::left("muscles list").exact_size(292.0).show(ui, |ui| {
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             in_fixed_width(ui, |ui| activations::show(ui, &shown, view));
@@ -163,16 +183,22 @@ pub fn show(
     });
     Panel::right("muscles side").exact_size(262.0).show(ui, |ui| {
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            in_fixed_width(ui, |ui| card::show(ui, &shown, focus));
+            in_fixed_width(ui, |ui| card::show(ui, &shown, &layers, focus));
         });
     });
-    Panel::bottom("muscles charts").resizable(true).default_size(250.0).min_size(140.0).show(ui, |ui| match view.tab {
-        Tab::Profiles => profiles::show(ui, &shown, view, focus, commands),
-        Tab::Laws => laws::show(ui, &shown, view),
-        Tab::SmallestSet => smallest_set::show(ui, &shown),
-        Tab::Ladder => ladder::show(ui, &shown, work, commands),
+    Panel::bottom("muscles charts").resizable(true).default_size(250.0).min_size(140.0).show(ui, |ui| {
+        // What says little must not make the panel small for what comes after it.
+        ui.set_min_height(ui.available_height());
+        match view.tab {
+            Tab::Profiles => profiles::show(ui, &shown, view, focus, commands),
+            Tab::Laws => laws::show(ui, &shown, view),
+            Tab::SmallestSet => smallest_set::show(ui, &shown),
+            Tab::Ladder => ladder::show(ui, &shown, work, commands),
+            Tab::Subjects => subjects::show(ui, &shown, view, focus, commands),
+        }
     });
-    CentralPanel::default().frame(Frame::NONE).show(ui, |ui| both_maps(ui, &shown, view, focus, commands));
+    CentralPanel::default().frame(Frame::NONE).show(ui, |ui| both_maps(ui, &shown, &layers, view, focus, commands));
+    view.layers = Some(layers);
 }
 
 /// What the parts of the workspace show in this frame.
@@ -186,10 +212,26 @@ struct Shown<'a> {
     /// Index in the face of the muscle chosen.
     muscle: Option<usize>,
     unit: &'static str,
+    /// The other subjects.
+    subjects: &'a SubjectsWork,
+    /// The one chosen, with its number.
+    other: Option<(u64, &'a Other)>,
+    /// The number of the answer about the muscles, while no other is on its way.
+    answer: Option<u64>,
+    /// Whether what is said of the others belongs to an answer before this one.
+    old: bool,
+    /// What the second map shows.
+    second: Second,
 }
 
 impl<'a> Shown<'a> {
-    fn of(scene: Scene<'a>, work: &MuscleWork, analysis: &'a Analysis, view: &MusclesView) -> Self {
+    fn of(
+        scene: Scene<'a>,
+        work: &MuscleWork,
+        subjects: &'a SubjectsWork,
+        analysis: &'a Analysis,
+        view: &MusclesView,
+    ) -> Self {
         let law = view.law.filter(|l| *l < analysis.laws.len()).or(analysis.best).unwrap_or(0);
         let there = |m: &usize| analysis.fibres.iter().any(|f| f.muscle == *m);
         let strongest = || {
@@ -197,7 +239,23 @@ impl<'a> Shown<'a> {
             of_set.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(f, _)| analysis.fibres[f].muscle)
         };
         let muscle = view.muscle.filter(there).or_else(strongest);
-        Self { scene, analysis, looking: work.is_looking(), law, muscle, unit: scene.outcome.unit() }
+        let other = subjects.others().find(|(id, _)| Some(*id) == view.other).or_else(|| subjects.others().next());
+        let answer = (!work.is_looking()).then(|| work.answered());
+        // Without others there is nothing to put together.
+        let second = if view.second.is_across() && other.is_none() { Second::Residual } else { view.second };
+        Self {
+            scene,
+            analysis,
+            looking: work.is_looking(),
+            law,
+            muscle,
+            unit: scene.outcome.unit(),
+            subjects,
+            other,
+            answer,
+            old: subjects.is_old(answer),
+            second,
+        }
     }
 }
 
@@ -208,15 +266,16 @@ fn waiting(ui: &mut Ui, words: &str) {
     });
 }
 
-fn both_maps(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView, focus: &mut Focus, commands: &mut Vec<Command>) {
+fn both_maps(
+    ui: &mut Ui,
+    shown: &Shown<'_>,
+    layers: &layers::Layers,
+    view: &mut MusclesView,
+    focus: &mut Focus,
+    commands: &mut Vec<Command>,
+) {
     let scene = shown.scene;
-    let layers = Layers::of(shown, view);
-    let range = match view.options.range {
-        RangeMode::Locked(range) => range,
-        // One range for both, so that what is left can be seen beside what there was.
-        _ => crate::gui::height_map::range::range_of(RangeMode::Auto, &layers.observed, &|_| true),
-    };
-    let mm_per_unit = Exaggeration::Auto.mm_per_unit(range);
+    let ranges = layers.ranges(view.options.range);
     let strengths: Vec<f64> = shown.analysis.activations.muscles.iter().map(|m| m.strength_n).collect();
     let most = strengths.iter().copied().fold(1e-12, f64::max);
     let drawn: Vec<maps::Drawn> = shown
@@ -234,29 +293,46 @@ fn both_maps(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView, focus: &mut
             strength: shown.analysis.set.contains(&f).then(|| (strengths[f] / most).clamp(0.0, 1.0)),
         })
         .collect();
-    let shared = maps::Shared {
+    let selected = focus.selected_vertex().map(|v| v as usize);
+    let shared = |range| maps::Shared {
         scene,
         first: &layers.first,
+        in_view: &layers.observed.values,
         options: &view.options,
         range,
-        mm_per_unit,
+        mm_per_unit: Exaggeration::Auto.mm_per_unit(range),
         fibres: &shown.analysis.fibres,
         muscles: &drawn,
         chosen: shown.muscle,
-        selected: focus.selected_vertex().map(|v| v as usize),
+        selected,
     };
     let canvas = ui.available_rect_before_wrap();
-    let [left, right] = maps::halves(canvas);
+    let own_bar = ranges[0] != ranges[1];
+    let [left, right] = if own_bar { maps::halves_with_bars(canvas) } else { maps::halves(canvas) };
     let (mut orbit, mut kept) = (view.orbit, std::mem::take(&mut view.kept));
-    let second_title = match view.second {
+    let count = 1 + shown.subjects.others().count();
+    let second_title = match shown.second {
         Second::Model => format!("{}, said", shown.analysis.laws[shown.law].label()),
         Second::Residual => format!("Left by {}", shown.analysis.laws[shown.law].label()),
+        Second::Mean => format!("Mean of {count} subjects"),
+        Second::Spread => format!("Spread over {count} subjects"),
+        Second::Difference => format!("This less {}", shown.other.map_or("", |(_, other)| other.name.as_str())),
     };
-    let pair = [(left, "Observed", &layers.observed), (right, second_title.as_str(), &layers.second)];
+    let pair = [
+        (left, "Observed", Ok(&layers.observed), ranges[0]),
+        (right, second_title.as_str(), layers.second.as_ref(), ranges[1]),
+    ];
     let mut projection = None;
-    for (rect, title, layer) in pair {
+    for (rect, title, layer, range) in pair {
+        let layer = match layer {
+            Ok(layer) => layer,
+            Err(why) => {
+                no_map(ui, rect, title, why);
+                continue;
+            }
+        };
         let map = maps::Map { title, layer };
-        let (pointed, seen) = maps::show(ui, rect, &map, &shared, &mut orbit, &mut kept, focus);
+        let (pointed, seen) = maps::show(ui, rect, &map, &shared(range), &mut orbit, &mut kept, focus);
         projection = projection.or(Some(seen));
         if pointed.clicked {
             match (pointed.muscle, pointed.vertex) {
@@ -266,43 +342,25 @@ fn both_maps(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView, focus: &mut
             }
         }
     }
-    maps::bar(ui, canvas, &layers.observed, &view.options, range);
+    if let (true, Ok(second)) = (own_bar, &layers.second) {
+        let beside = |map: egui::Rect| map.with_max_x(map.right() + maps::BAR);
+        maps::bar(ui, beside(left), &layers.observed, &view.options, ranges[0]);
+        let automatic = MapOptions { range: RangeMode::Auto, ..view.options };
+        maps::bar(ui, beside(right), second, &automatic, ranges[1]);
+    } else {
+        maps::bar(ui, canvas, &layers.observed, &view.options, ranges[0]);
+    }
     (view.orbit, view.kept) = (orbit, kept);
-    view.shown = projection.map(|p| (p, range));
-    view.layers = Some(layers);
+    view.shown = projection.map(|p| (p, ranges[0]));
 }
 
-impl Layers {
-    fn of(shown: &Shown<'_>, view: &mut MusclesView) -> Self {
-        let from = (shown.scene.stamp, std::ptr::from_ref(shown.analysis), view.part, view.second, shown.law);
-        if let Some(layers) = view.layers.take().filter(|l| l.from == from) {
-            return layers;
-        }
-        let (scene, analysis) = (shown.scene, shown.analysis);
-        let outcome = scene.outcome;
-        let fields = fields(outcome, scene.face, analysis, shown.law, view.part);
-        let sets_range = fields.fitted;
-        let second = match view.second {
-            Second::Model => fields.said,
-            Second::Residual => fields.left,
-        };
-        let layer = |title: &str, values: Vec<Option<f64>>| Layer {
-            title: title.to_owned(),
-            short: match view.part {
-                Part::Magnitude => "Force",
-                Part::AlongFibre => "Along fibres",
-            },
-            unit: outcome.unit(),
-            signed: view.part == Part::AlongFibre,
-            values,
-            sigma: None,
-            sets_range: sets_range.clone(),
-        };
-        Self {
-            from,
-            observed: layer("Observed", fields.observed),
-            second: layer("Law", second),
-            first: outcome.first_from_eyes(scene.face),
-        }
-    }
+/// A sentence in the place of a map.
+fn no_map(ui: &mut Ui, rect: egui::Rect, title: &str, why: &str) {
+    let inks = Inks::new(ui.visuals(), false);
+    ui.painter().rect_filled(rect, 0.0, inks.canvas);
+    ui.painter().text(rect.min + vec2(12.0, 8.0), Align2::LEFT_TOP, title, FontId::proportional(13.5), inks.text);
+    let inner = rect.shrink2(vec2(24.0, 40.0));
+    ui.scope_builder(egui::UiBuilder::new().max_rect(inner), |ui| {
+        ui.centered_and_justified(|ui| ui.add(egui::Label::new(why).wrap()));
+    });
 }

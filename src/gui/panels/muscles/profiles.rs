@@ -1,6 +1,6 @@
 //! Observed forces along and across the chosen muscle, with their error bars and each law's curve through them (Thesis Fig. 5.7).
 
-use egui::{Color32, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
+use egui::{Color32, Painter, Pos2, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 
 use super::{MusclesView, Shown};
 use crate::gui::height_map::ink::Inks;
@@ -8,7 +8,7 @@ use crate::gui::height_map::range::round_up;
 use crate::gui::panels::forces::chart::{self, Chart};
 use crate::gui::{Command, Focus};
 use crate::muscle_field::fibres::muscle_name;
-use crate::muscle_field::profiles::{Part, Profile, Way, profile_of_laws};
+use crate::muscle_field::profiles::{Observed, Part, Profile, Way, profile_of_laws};
 use crate::muscle_field::section::{ProfilePoint, Section};
 use crate::project::PointId;
 
@@ -47,46 +47,25 @@ pub(super) fn show(
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 4.0, inks.canvas);
     let pointer = ui.input(|i| i.pointer.hover_pos()).filter(|p| rect.contains(*p));
-    let values = limits([&radial, &lateral]);
     let up = format!("{}, {}", if view.part == Part::Magnitude { "Force" } else { "Along the fibre" }, shown.unit);
     let name = muscle_name(&scene.face.muscles()[analysis.fibres[fibre].muscle]);
     let half = (rect.width() / 2.0).floor();
-    let lit = [focus.selected_vertex().map(|v| v as usize), focus.hovered().map(|v| v as usize)];
+    let drawing = Drawing {
+        painter: &painter,
+        inks: &inks,
+        up: &up,
+        values: limits(&[&radial, &lateral]),
+        pointer,
+        lit: [focus.selected_vertex(), focus.hovered()].map(|v| v.map(|v| v as usize)),
+    };
+    let stroke = |law: usize| Stroke::new(if law == shown.law { 3.0 } else { 1.5 }, colour(law));
     for (k, profile) in [&radial, &lateral].into_iter().enumerate() {
         let part = Rect::from_min_size(pos2(rect.left() + half * k as f32, rect.top()), vec2(half, rect.height()));
-        let points = profile.observed.iter().filter(|o| o.believed);
-        let section = Section {
-            pieces: Vec::new(),
-            points: points
-                .map(|o| ProfilePoint {
-                    vertex: o.vertex as usize,
-                    at_mm: o.at_mm,
-                    value: o.value,
-                    error: Some(o.sigma),
-                })
-                .collect(),
-        };
-        let curves = profile.curves.iter().enumerate().map(|(law, curve)| {
-            let width = if law == shown.law { 3.0 } else { 1.5 };
-            (Stroke::new(width, colour(law)), curve.points.as_slice())
-        });
-        let curves: Vec<(Stroke, &[[f64; 2]])> = curves.collect();
         let title = match profile.way {
             Way::Radial => format!("Along {name}; insertion at {:.0} mm", profile.insertion_mm),
             Way::Lateral => format!("Across {name}"),
         };
-        let chart = Chart {
-            title: &title,
-            across: profile.way.axis(),
-            along: None,
-            up: &up,
-            section: &section,
-            curves: &curves,
-            values,
-            colour: &|_| inks.text,
-            lit,
-        };
-        if let Some(v) = chart::draw(&painter, part, &chart, pointer, &inks) {
+        if let Some(v) = drawing.profile(part, &title, profile, &stroke) {
             focus.hover(v as u32);
             if response.clicked() {
                 commands.push(Command::Select(Some(PointId::FeatureLast(v as u32))));
@@ -95,6 +74,53 @@ pub(super) fn show(
     }
     let words = format!("Profiles along and across {name}");
     response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, &words));
+}
+
+/// What the profiles of one row share.
+pub(super) struct Drawing<'a> {
+    pub(super) painter: &'a Painter,
+    pub(super) inks: &'a Inks,
+    /// At the vertical axis.
+    pub(super) up: &'a str,
+    /// Limits of the vertical axis.
+    pub(super) values: [f64; 2],
+    pub(super) pointer: Option<Pos2>,
+    /// Vertices lit up: selected and hovered.
+    pub(super) lit: [Option<usize>; 2],
+}
+
+impl Drawing<'_> {
+    /// Draws one profile with its curves; gives the vertex that is pointed at.
+    pub(super) fn profile(
+        &self,
+        rect: Rect,
+        title: &str,
+        profile: &Profile,
+        stroke: &dyn Fn(usize) -> Stroke,
+    ) -> Option<usize> {
+        let points = profile.observed.iter().filter(|o| o.believed);
+        let point = |o: &Observed| ProfilePoint {
+            vertex: o.vertex as usize,
+            at_mm: o.at_mm,
+            value: o.value,
+            error: Some(o.sigma),
+        };
+        let section = Section { pieces: Vec::new(), points: points.map(point).collect() };
+        let curves = profile.curves.iter().enumerate().map(|(k, curve)| (stroke(k), curve.points.as_slice()));
+        let curves: Vec<(Stroke, &[[f64; 2]])> = curves.collect();
+        let chart = Chart {
+            title,
+            across: profile.way.axis(),
+            along: None,
+            up: self.up,
+            section: &section,
+            curves: &curves,
+            values: self.values,
+            colour: &|_| self.inks.text,
+            lit: self.lit,
+        };
+        chart::draw(self.painter, rect, &chart, self.pointer, self.inks)
+    }
 }
 
 fn colour(law: usize) -> Color32 {
@@ -120,7 +146,7 @@ fn legend(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView) {
 
 /// Limits of the vertical axis that hold both charts: the points with their bars, and the curves as far as half beyond them. Where nothing was
 /// measured a law may say anything, and must not flatten what was.
-fn limits(profiles: [&Profile; 2]) -> [f64; 2] {
+pub(super) fn limits(profiles: &[&Profile]) -> [f64; 2] {
     let points = profiles.iter().flat_map(|p| p.observed.iter().filter(|o| o.believed));
     let ends: Vec<f64> =
         points.flat_map(|o| [o.value - o.sigma, o.value + o.sigma]).filter(|v| v.is_finite()).collect();

@@ -4,6 +4,8 @@ use egui::{ComboBox, Ui};
 
 use super::{MusclesView, Second, Shown, Tab, maps};
 use crate::fit::Compare;
+use crate::gui::Command;
+use crate::gui::action::Action;
 use crate::gui::height_map::{RangeMode, Relief};
 use crate::gui::orbit_view::{OrbitView, StandardView};
 use crate::gui::panels::name_combo;
@@ -19,7 +21,7 @@ const COMPARE: [(Compare, &str, &str); 4] = [
 ];
 
 /// Shows the row; it wraps where the window is narrow.
-pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView) {
+pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView, commands: &mut Vec<Command>) {
     ui.add_space(3.0);
     ui.horizontal_wrapped(|ui| {
         ui.label("Law");
@@ -43,6 +45,9 @@ pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView) {
         ui.selectable_value(&mut view.second, Second::Residual, "Residual")
             .on_hover_text("Observed less what the law says");
         ui.selectable_value(&mut view.second, Second::Model, "Law").on_hover_text("What the law says");
+        if shown.other.is_some() {
+            across(ui, view);
+        }
         ui.separator();
         let locked = view.range_is_locked();
         if ui.selectable_label(locked, "Lock range").on_hover_text("Keeps the ends of both maps' colours").clicked() {
@@ -80,8 +85,13 @@ pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView) {
             (Tab::Laws, "Laws"),
             (Tab::SmallestSet, "Smallest set"),
             (Tab::Ladder, "Ladder"),
+            (Tab::Subjects, "Subjects"),
         ] {
             ui.selectable_value(&mut view.tab, tab, words);
+        }
+        let action = Action::OtherSubjects;
+        if ui.button(action.label()).on_hover_text(action.spec().map_or("", |s| s.tooltip)).clicked() {
+            commands.push(Command::Do(action));
         }
         if shown.looking {
             ui.spinner();
@@ -89,6 +99,17 @@ pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView) {
         }
     });
     ui.add_space(3.0);
+}
+
+/// What several subjects have in common, and in what they differ.
+fn across(ui: &mut Ui, view: &mut MusclesView) {
+    for (second, words, hint) in [
+        (Second::Mean, "Mean", "Mean force of all subjects, where the vertex counts on each of them"),
+        (Second::Spread, "Spread", "Standard deviation of the force over all subjects"),
+        (Second::Difference, "Difference", "The force of this subject less that of the one chosen under Subjects"),
+    ] {
+        ui.selectable_value(&mut view.second, second, words).on_hover_text(hint);
+    }
 }
 
 fn compared(ui: &mut Ui, view: &mut MusclesView) {

@@ -64,6 +64,7 @@ pub(super) fn maps(ui: &mut Ui, scene: Scene<'_>, preview: &Preview, view: &mut 
         let shared = face_maps::Shared {
             scene,
             first: &first,
+            in_view: &layer.values,
             options: &view.options,
             range,
             mm_per_unit: Exaggeration::Auto.mm_per_unit(range),
