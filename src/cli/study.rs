@@ -16,6 +16,7 @@ use crate::face::{self, FaceModel};
 use crate::forces::Material;
 use crate::pipeline::{self, Workspace};
 use crate::study::journal::Journal;
+use crate::study::ladder::{self, Goals, Subject};
 use crate::study::truth_trial::Known;
 use crate::study::{Kind, Options, Run, artist, artist_laws, runner, truth_trial};
 
@@ -36,6 +37,8 @@ enum Command {
     Truths(LawsArguments),
     /// Maps where each method fails, and what fails first: stability.csv, .svg, .png, .md.
     Stability(RunArguments),
+    /// Picks the cheapest way, mesh and number of muscles for an accuracy or a time, from twins of one face: ladder.csv, .svg, .png, .md.
+    Ladder(LadderArguments),
     /// Times every stage from 612 to 10⁶ vertices, its memory, and batches over the cores: scaling.csv, .svg, .png, .md.
     Scaling(RunArguments),
 }
@@ -54,12 +57,39 @@ struct RunArguments {
     /// A coarser study with fewer seeds, for a first look.
     #[arg(long)]
     quick: bool,
-    /// Measure on the face of this project, customised to its marks, instead of the generic face.
+    /// Measure on the face of this project, customised to its marks, instead of the generic face; the ladder also takes its marked points, its
+    /// camera and its stated marking error.
     #[arg(long, value_name = "PROJECT")]
     project: Option<PathBuf>,
     /// Forget what was begun in the folder and start anew.
     #[arg(long)]
     restart: bool,
+}
+
+#[derive(Debug, clap::Args)]
+struct LadderArguments {
+    #[command(flatten)]
+    run: RunArguments,
+    /// Accuracy wanted: forces within so many percent of the truth on 95 % of twins (10 where neither it nor a time is given).
+    #[arg(long, value_name = "PERCENT", value_parser = positive)]
+    accuracy: Option<f64>,
+    /// Time allowed after a dragged point, ms (16 where neither it nor an accuracy is given).
+    #[arg(long, value_name = "MS", value_parser = positive)]
+    time: Option<f64>,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "a number is needed".to_owned())?;
+    if value > 0.0 && value.is_finite() { Ok(value) } else { Err("it must be above zero".to_owned()) }
+}
+
+impl LadderArguments {
+    fn goals(&self) -> Goals {
+        match (self.accuracy, self.time) {
+            (None, None) => Goals::default(),
+            (accuracy, time_ms) => Goals { accuracy: accuracy.map(|percent| percent / 100.0), time_ms },
+        }
+    }
 }
 
 #[derive(Debug, clap::Args)]
@@ -78,24 +108,26 @@ const MM_PER_UNIT: f64 = 100.0;
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     match &arguments.command {
         Command::Laws(arguments) => laws(arguments),
-        Command::Accuracy(arguments) => study(Kind::Accuracy, arguments),
+        Command::Accuracy(arguments) => study(Kind::Accuracy, arguments, Goals::default()),
+        Command::Ladder(arguments) => study(Kind::Ladder, &arguments.run, arguments.goals()),
         Command::Truths(arguments) => truths(arguments),
-        Command::Stability(arguments) => study(Kind::Stability, arguments),
-        Command::Scaling(arguments) => study(Kind::Scaling, arguments),
+        Command::Stability(arguments) => study(Kind::Stability, arguments, Goals::default()),
+        Command::Scaling(arguments) => study(Kind::Scaling, arguments, Goals::default()),
     }
 }
 
 /// Runs a study, or goes on with one that was stopped, and writes its files.
-fn study(kind: Kind, arguments: &RunArguments) -> Result<(), CliError> {
-    let face = match &arguments.project {
-        None => face::generic(),
+fn study(kind: Kind, arguments: &RunArguments, goals: Goals) -> Result<(), CliError> {
+    let (face, subject) = match &arguments.project {
+        None => (face::generic(), None),
         Some(path) => {
-            let scene = Scene::open(path, Frames::Ignored)?;
-            let outcome = pipeline::solve(&scene.project, &scene.face, scene.image_size_px, &mut Workspace::default());
-            Arc::new(scene.face.with_positions(outcome.first)?)
+            let Scene { project, face, image_size_px: size_px, .. } = Scene::open(path, Frames::Ignored)?;
+            let outcome = pipeline::solve(&project, &face, size_px, &mut Workspace::default());
+            let own = Arc::new(face.with_positions(outcome.first)?);
+            (own, Some(Arc::new(Subject { project, face, size_px })))
         }
     };
-    let options = Options { quick: arguments.quick, seeds: arguments.seeds, face };
+    let options = Options { quick: arguments.quick, seeds: arguments.seeds, face, subject };
     let plan = kind.plan(&options);
     // Sets what Ctrl-C does: it ends the program at once, and the journal holds every case that was finished.
     let mut output = Output::folder(&arguments.out)?;
@@ -115,11 +147,16 @@ fn study(kind: Kind, arguments: &RunArguments) -> Result<(), CliError> {
     };
     let runs = plan.run(&mut journal, arguments.threads, &|| false, &mut watch)?.ok_or(CliError::Stopped)?;
     drop(bar);
-    for (name, bytes) in study_files::files(kind, &runs)? {
+    for (name, bytes) in study_files::files(kind, &runs, goals)? {
         output.write(&name, &bytes)?;
     }
     output.finish()?;
     journal.remove();
+    if kind == Kind::Ladder {
+        for words in ladder::choices(&runs, goals) {
+            println!("{words}");
+        }
+    }
     println!("{} runs; written to {}", runs.len(), arguments.out.display());
     Ok(())
 }

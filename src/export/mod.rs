@@ -18,6 +18,7 @@ pub mod replay_picture;
 pub mod report;
 pub mod study_chart;
 pub mod study_files;
+pub mod study_ladder;
 pub mod study_maps;
 pub mod study_scaling;
 pub mod subjects;

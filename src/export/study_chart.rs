@@ -30,6 +30,19 @@ pub struct Panel {
     pub title: String,
     /// Its points.
     pub points: Vec<Point>,
+    /// Points that were chosen.
+    pub chosen: Vec<Chosen>,
+}
+
+/// A point that was chosen, and for what.
+#[derive(Clone, Debug)]
+pub struct Chosen {
+    /// Its method.
+    pub method: String,
+    /// Its setting.
+    pub setting: String,
+    /// "for 10 %".
+    pub words: String,
 }
 
 /// The panels of a table: one a part and noise, in the order of the table; `title` says what a part is about.
@@ -45,7 +58,7 @@ pub fn panels(runs: &[Run], title: impl Fn(&str) -> String) -> Vec<Panel> {
         let mut own: Vec<Point> = points(runs, part).into_iter().filter(|p| p.noise_px == noise).collect();
         mark_front(&mut own);
         let noise = if several(part) || noise > 0.0 { format!(", {noise} px of marking noise") } else { String::new() };
-        Panel { title: format!("{}{noise}", title(part)), points: own }
+        Panel { title: format!("{}{noise}", title(part)), points: own, chosen: Vec::new() }
     };
     keys.iter().map(panel).collect()
 }
@@ -162,6 +175,14 @@ fn draw(out: &mut String, panel: &Panel, top: f64) -> f64 {
         }
         let ring = format!(r#"<circle r="7" fill="none" stroke="{INK}" stroke-width="1.2"/>"#);
         say(out, &ring, "nobody is both as fast and as true", WEAK);
+    }
+    for chosen in &panel.chosen {
+        let same = |p: &&Point| p.method == chosen.method && p.setting == chosen.setting;
+        let Some([x, y]) = own.iter().find(same).and_then(|p| Some(place.at(p.time_ms?, p.error?))) else { continue };
+        let ring = |r: f64| format!(r#"<circle r="{r}" fill="none" stroke="{INK}" stroke-width="2.4"/>"#);
+        let _ = write!(out, r#"<g transform="translate({x:.1} {y:.1})">{}</g>"#, ring(12.0));
+        let words = format!("chosen {}: {} ({})", chosen.words, chosen.method, in_words(&chosen.setting));
+        say(out, &ring(7.0), &words, INK);
     }
     (place.plot[3] + 46.0).max(row) - top
 }
@@ -325,7 +346,7 @@ mod tests {
 
     #[test]
     fn an_empty_table_is_an_empty_chart() {
-        let nothing = [Panel { title: String::new(), points: Vec::new() }];
+        let nothing = [Panel { title: String::new(), points: Vec::new(), chosen: Vec::new() }];
         crate::draw::svg::paint(&svg("", &nothing, ""), 1.0).unwrap();
     }
 }

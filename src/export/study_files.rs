@@ -1,7 +1,8 @@
 //! What a study leaves: its table, its chart as a drawing and as a picture, and a short reading in plain words.
 
-use super::{png, study_chart, study_maps, study_scaling};
+use super::{png, study_chart, study_ladder, study_maps, study_scaling};
 use crate::draw::svg;
+use crate::study::ladder::Goals;
 use crate::study::{Kind, Run, machine, table};
 
 /// Why there are no files.
@@ -15,14 +16,14 @@ pub enum StudyFilesError {
     Png(#[from] image::ImageError),
 }
 
-/// Name and bytes of each file: the table as CSV, the chart as SVG and PNG, the reading as Markdown.
+/// Name and bytes of each file: the table as CSV, the chart as SVG and PNG, the reading as Markdown; of a ladder, for these goals.
 ///
 /// # Errors
 /// [`StudyFilesError`].
-pub fn files(kind: Kind, runs: &[Run]) -> Result<Vec<(String, Vec<u8>)>, StudyFilesError> {
+pub fn files(kind: Kind, runs: &[Run], goals: Goals) -> Result<Vec<(String, Vec<u8>)>, StudyFilesError> {
     let caption = caption(runs);
-    let drawing = chart(kind, runs, &caption);
-    let reading = format!("{}\n{caption}\n", kind.reading(runs));
+    let drawing = chart(kind, runs, goals, &caption);
+    let reading = format!("{}\n{caption}\n", kind.reading(runs, goals));
     let name = kind.name();
     Ok(vec![
         (format!("{name}.csv"), table::csv(runs).into_bytes()),
@@ -33,12 +34,13 @@ pub fn files(kind: Kind, runs: &[Run]) -> Result<Vec<(String, Vec<u8>)>, StudyFi
 }
 
 /// The chart of a study.
-pub fn chart(kind: Kind, runs: &[Run], caption: &str) -> String {
+pub fn chart(kind: Kind, runs: &[Run], goals: Goals, caption: &str) -> String {
     match kind {
         Kind::Accuracy => {
             let heading = format!("{}: {}", kind.label(), kind.asks());
             study_chart::svg(&heading, &study_chart::panels(runs, |part| kind.title(part)), caption)
         }
+        Kind::Ladder => study_ladder::svg(&format!("{}: {}", kind.label(), kind.asks()), runs, goals, caption),
         Kind::Stability => study_maps::svg(kind, runs, caption),
         Kind::Scaling => study_scaling::svg(&format!("{}: {}", kind.label(), kind.asks()), runs, caption),
     }

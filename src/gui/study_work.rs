@@ -14,6 +14,7 @@ use crate::project::Edit;
 use crate::project::whole_file::{self, Durability};
 use crate::study::applied::{Applied, applied};
 use crate::study::journal::Journal;
+use crate::study::ladder::{Goals, Subject};
 use crate::study::{Kind, Options, Run, runner, table};
 
 /// A table of a study is never so large, bytes.
@@ -121,8 +122,12 @@ impl App {
     fn study_options(&self) -> Options {
         let chosen = &self.view.study;
         let own = chosen.own_face.then(|| self.face.with_positions(self.outcome.first.clone()).ok()).flatten();
+        let subject = own.is_some().then(|| {
+            let project = self.project().clone();
+            Arc::new(Subject { size_px: super::app::image_size_px(&project), project, face: Arc::clone(&self.face) })
+        });
         let face = own.map_or_else(crate::face::generic, Arc::new);
-        Options { quick: chosen.quick, seeds: chosen.seeds, face }
+        Options { quick: chosen.quick, seeds: chosen.seeds, face, subject }
     }
 
     /// Begins the study that is chosen, or goes on with it; `anew` forgets what there is of it.
@@ -243,8 +248,9 @@ impl App {
     /// Writes table, chart and reading into a folder.
     pub(super) fn export_study(&mut self, folder: PathBuf, ctx: &egui::Context) {
         let Some(Table { kind: Some(kind), runs, .. }) = self.study_work.table.clone() else { return };
+        let goals = self.view.study.goals;
         self.jobs.start(ctx, "Writing the study", About::Person, move |progress| {
-            Some(Finished::Exported(write(kind, &runs, &folder, progress).map(|()| folder)))
+            Some(Finished::Exported(write((kind, &runs, goals), &folder, progress).map(|()| folder)))
         });
     }
 
@@ -299,11 +305,11 @@ fn read(path: &Path) -> Result<Vec<Run>, String> {
     table::read_csv(&text).map_err(|e| e.to_string())
 }
 
-fn write(kind: Kind, runs: &[Run], folder: &Path, progress: &Progress) -> Result<(), String> {
+fn write((kind, runs, goals): (Kind, &[Run], Goals), folder: &Path, progress: &Progress) -> Result<(), String> {
     let refused = |path: &Path, e: std::io::Error| {
         format!("{}: cannot be written ({e}); choose another folder, or free it for writing", path.display())
     };
-    let files = study_files::files(kind, runs).map_err(|e| e.to_string())?;
+    let files = study_files::files(kind, runs, goals).map_err(|e| e.to_string())?;
     std::fs::create_dir_all(folder).map_err(|e| refused(folder, e))?;
     for (name, bytes) in files {
         if progress.is_cancelled() {

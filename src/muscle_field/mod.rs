@@ -19,7 +19,7 @@ pub mod subjects;
 
 pub use analysis::{Analysis, LawRow, Nothing, Pull, Question};
 pub use fibres::{FibreAt, FibreOf};
-pub use fields::activation_field;
+pub use fields::{activation_field, capped_activation_field};
 pub use ladder::{Ladder, Rung};
 pub use replay::{Replay, ReplayError, Simulated};
 pub use samples::{Include, Samples};

@@ -17,8 +17,12 @@ pub struct Applied {
 
 /// The choices of the chain that a method and its setting stand for; none where they are no choice of a project, as an integrator is none.
 ///
-/// A choice is told by the method's name or by a pair of its setting: `depth`, `springs`, `skin`, `unmarked`.
+/// A choice is told by the method's name or by a pair of its setting: `depth`, `springs`, `skin`, `unmarked`. A project is solved on its own mesh: what runs
+/// on a finer one cannot be applied. Muscles are fitted to the smoothed field, so of them that field is the choice.
 pub fn applied(method: &str, setting: &str, now: &Settings) -> Option<Applied> {
+    if pairs(setting).contains(&("mesh", "finer")) {
+        return None;
+    }
     let mut settings = now.clone();
     let mut changes: Vec<(&str, String, String)> = Vec::new();
     let mut known = false;
@@ -50,13 +54,19 @@ pub fn applied(method: &str, setting: &str, now: &Settings) -> Option<Applied> {
             changes.push((what, old, new));
         }
     }
-    let words = if changes.is_empty() {
+    let mut words = if changes.is_empty() {
         "The project is solved so already.".to_owned()
     } else {
         changes.iter().map(|(what, old, new)| format!("{what}: {new} (now {old}).")).collect::<Vec<_>>().join(" ")
     };
+    if method.starts_with(MUSCLES) {
+        words.push_str(" The muscles are fitted to this field in the Muscles workspace.");
+    }
     known.then_some(Applied { settings, words })
 }
+
+/// How the names of ways begin that fit muscles to a field.
+const MUSCLES: &str = "Muscles, ";
 
 enum Choice {
     Depth(DepthRule),
@@ -76,6 +86,9 @@ fn choices(method: &str, setting: &str) -> Vec<Choice> {
         "Slide on surface" => Some(Choice::Depth(DepthRule::SlideOnSurface)),
         "Held at rest" => Some(Choice::Unmarked(UnmarkedRule::Held)),
         "Direct" => Some(Choice::Field(FieldWay::Direct)),
+        muscles if muscles.starts_with(MUSCLES) => {
+            Some(Choice::Field(FieldWay::Regularised { weight: WeightRule::Discrepancy }))
+        }
         other => other.strip_prefix("Inferred within").and_then(within).or_else(|| {
             let word = other.strip_prefix("Regularised, ")?;
             let weight = WeightRule::ALL.into_iter().find(|w| w.label().to_lowercase() == word)?;
@@ -160,7 +173,11 @@ mod tests {
         assert_eq!(smooth.settings.field, FieldWay::Regularised { weight: WeightRule::Evidence });
         assert_eq!(smooth.words, "Way to the forces: regularised, weight by evidence (now direct, as the thesis).");
         assert_eq!(applied("Direct", "rules=as the scene", &smooth.settings).unwrap().settings.field, FieldWay::Direct);
-        assert_eq!(applied("Muscles, anatomical", "rules=as the scene", &now), None);
+        let muscles = applied("Muscles, at most 2", "depth=height; mesh=own", &now).unwrap();
+        assert_eq!(muscles.settings.field, FieldWay::Regularised { weight: WeightRule::Discrepancy });
+        assert_eq!(muscles.settings.depth, DepthRule::KeepHeight);
+        assert!(muscles.words.ends_with("The muscles are fitted to this field in the Muscles workspace."));
+        assert_eq!(applied("Direct", "depth=height; mesh=finer", &now), None);
         assert_eq!(applied("Implicit Euler", "step_ms=1; stiffness=1", &now), None);
         assert_eq!(applied("Inferred within −3 mm", "", &now), None);
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 
+use super::ladder::{self, Goals, Subject};
 use super::runner::Plan;
 use super::table::Run;
 use super::{accuracy, scaling, stability};
@@ -20,6 +21,8 @@ pub enum Kind {
     Stability,
     /// How the work grows with the mesh and over the cores.
     Scaling,
+    /// How much model a face needs, and which is chosen for an accuracy or a time.
+    Ladder,
 }
 
 /// How much of a study is run, and on which face.
@@ -31,12 +34,14 @@ pub struct Options {
     pub seeds: Option<u64>,
     /// The face that it is measured on.
     pub face: Arc<FaceModel>,
+    /// The project that it is of, where it is of one: its marks, camera and stated marking error.
+    pub subject: Option<Arc<Subject>>,
 }
 
 impl Options {
     /// The whole study on a face.
     pub fn on(face: Arc<FaceModel>) -> Self {
-        Self { quick: false, seeds: None, face }
+        Self { quick: false, seeds: None, face, subject: None }
     }
 
     /// Seeds, given the number of the whole and of the quick study.
@@ -65,7 +70,7 @@ impl Options {
 
 impl Kind {
     /// All.
-    pub const ALL: [Self; 3] = [Self::Accuracy, Self::Stability, Self::Scaling];
+    pub const ALL: [Self; 4] = [Self::Accuracy, Self::Stability, Self::Scaling, Self::Ladder];
 
     /// Its name in files and on the command line.
     pub const fn name(self) -> &'static str {
@@ -73,6 +78,7 @@ impl Kind {
             Self::Accuracy => "accuracy",
             Self::Stability => "stability",
             Self::Scaling => "scaling",
+            Self::Ladder => "ladder",
         }
     }
 
@@ -82,6 +88,7 @@ impl Kind {
             Self::Accuracy => "Accuracy",
             Self::Stability => "Stability",
             Self::Scaling => "Scaling",
+            Self::Ladder => "Ladder",
         }
     }
 
@@ -96,6 +103,7 @@ impl Kind {
             Self::Accuracy => "How near does each method come, and how long does it take?",
             Self::Stability => "Where does each method fail, and what fails first?",
             Self::Scaling => "How does the work grow with the mesh, and over the cores?",
+            Self::Ladder => "Which is the cheapest way that is accurate enough on this face?",
         }
     }
 
@@ -111,6 +119,7 @@ impl Kind {
             Self::Accuracy => accuracy::plan(options),
             Self::Stability => stability::plan(options),
             Self::Scaling => scaling::plan(options),
+            Self::Ladder => ladder::plan(options),
         }
     }
 
@@ -120,15 +129,17 @@ impl Kind {
             Self::Accuracy => accuracy::title(part).to_owned(),
             Self::Stability => stability::title(part).to_owned(),
             Self::Scaling => scaling::title(part).to_owned(),
+            Self::Ladder => ladder::title(part).to_owned(),
         }
     }
 
-    /// What its table says, in Markdown, from the rows alone.
-    pub fn reading(self, runs: &[Run]) -> String {
+    /// What its table says, in Markdown, from the rows alone; of a ladder, for these goals.
+    pub fn reading(self, runs: &[Run], goals: Goals) -> String {
         match self {
             Self::Accuracy => accuracy::reading(runs),
             Self::Stability => stability::reading(runs),
             Self::Scaling => scaling::reading(runs),
+            Self::Ladder => ladder::reading(runs, goals),
         }
     }
 }

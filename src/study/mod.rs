@@ -12,6 +12,7 @@ pub mod cells;
 pub mod face_fit;
 pub mod journal;
 pub mod kind;
+pub mod ladder;
 pub mod law_trial;
 pub mod laws;
 pub mod machine;
@@ -29,6 +30,7 @@ pub mod table;
 pub mod truth_trial;
 pub mod twin;
 pub mod wish;
+mod yardstick;
 
 pub use kind::{Kind, Options};
 pub use membrane_truth::{MembraneFace, MembraneSettings, MembraneTruth};

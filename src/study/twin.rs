@@ -251,7 +251,8 @@ impl Twin {
     }
 }
 
-fn head_motion(settings: &TwinSettings) -> RigidMotion {
+/// How a head moves between two frames, by the seed.
+pub(super) fn head_motion(settings: &TwinSettings) -> RigidMotion {
     let mut random = Pcg64::seed_from_u64(settings.seed ^ 0x6865_6164);
     let mut direction = || loop {
         let v = Vector3::from_fn(|_, _| random.random_range(-1.0..1.0));

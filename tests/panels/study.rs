@@ -46,6 +46,32 @@ fn accuracy(folder: &Path) -> PathBuf {
     path
 }
 
+/// A made-up table of a ladder: three rungs on 59 twins at two marking errors.
+fn ladder(folder: &Path) -> PathBuf {
+    let mut runs = Vec::new();
+    for (method, depth, worst, ms) in [
+        ("Direct", "fixed", 4.0, 0.3),
+        ("Regularised, discrepancy", "height", 1.2, 0.9),
+        ("Muscles, all", "height", 0.6, 2.0),
+    ] {
+        let setting = format!("depth={depth}; mesh=own");
+        let run = |noise: f64, seed: u64| {
+            let run = Run::new("ladder", "measured", method, setting.clone());
+            Run { noise_px: noise, vertices: 612, seed, ..run }
+        };
+        for times in [0.25_f64, 1.0] {
+            runs.extend((1..=59).map(|seed| {
+                let error = worst * times.sqrt() * seed as f64 / 59.0;
+                run(times, seed).erring(error).with("times_stated", times)
+            }));
+        }
+        runs.push(run(1.0, 1).timed(ms).with("spread_ms", 0.01));
+    }
+    let path = folder.join("ladder.csv");
+    std::fs::write(&path, table::csv(&runs)).unwrap();
+    path
+}
+
 fn says(window: &Window, words: &str) -> bool {
     window.query_all_by_label_contains(words).next().is_some()
 }
@@ -142,6 +168,44 @@ fn a_method_that_is_picked_shows_what_it_changes_and_is_applied_as_one_step() {
     window.state_mut().push(Command::Do(Action::Undo));
     settle(&mut window);
     assert_eq!(window.state().project(), &before);
+}
+
+#[test]
+fn a_rung_is_chosen_for_an_accuracy_and_for_a_time_and_applied_as_one_step() {
+    let (mut window, _folder) = window(SIZE, true, ladder);
+    let before = window.state().project().clone();
+    assert!(says(
+        &window,
+        "Chart, Error that 95 % of twins stay below, against the time after a drag: 3 methods, 3 points"
+    ));
+    // By hand: the largest errors of 59 twins are 400, 120 and 60 %.
+    assert!(says(&window, "For 10 %: no rung meets it at 1.0 px. The best is Muscles, all (depth height, mesh own)"));
+    assert!(says(&window, "Within 16 ms: Muscles, all (depth height, mesh own). 95 % of twins err by less than 60 %"));
+    // As it would be typed into the field.
+    window.state_mut().view_mut().study.goals.accuracy = Some(1.5);
+    window.run_steps(3);
+    assert!(says(
+        &window,
+        "For 150 %: Regularised, discrepancy (depth height, mesh own). 95 % of twins err by less than 120 % at 1.0 px; 0.90 ms after a drag."
+    ));
+    assert!(says(
+        &window,
+        "The next rung up, Muscles, all (depth height, mesh own), would err by less than 60 % (60 points less) for 1.1 ms more."
+    ));
+    assert_eq!(window.state().project(), &before, "looking changes nothing");
+    let steps = window.state().steps().len();
+    window.get_by_label("Apply what is chosen for 150 %").click();
+    settle(&mut window);
+    let settings = &window.state().project().settings;
+    assert_eq!((settings.depth, settings.field.name()), (DepthRule::KeepHeight, "regularised"));
+    assert_eq!(window.state().steps().len(), steps + 1);
+    window.state_mut().push(Command::Do(Action::Undo));
+    settle(&mut window);
+    assert_eq!(window.state().project(), &before);
+    // At a quarter of the marking error all err half as much.
+    window.get_by_role_and_label(egui::Role::Button, "0.25").click();
+    window.run_steps(3);
+    assert!(says(&window, "0.300 ms after a drag, 95 % of twins err by less than 200 %"));
 }
 
 #[test]
@@ -254,6 +318,20 @@ fn accuracy_looks_as_it_did_in_dark() {
 #[test]
 fn accuracy_looks_as_it_did_in_light() {
     picture("accuracy_light", SIZE, false, accuracy, |_| {});
+}
+
+fn ask_for_150_percent(window: &mut Window) {
+    window.state_mut().view_mut().study.goals.accuracy = Some(1.5);
+}
+
+#[test]
+fn the_choice_looks_as_it_did_in_dark() {
+    picture("ladder_dark", SIZE, true, ladder, ask_for_150_percent);
+}
+
+#[test]
+fn the_choice_looks_as_it_did_in_light() {
+    picture("ladder_light", SIZE, false, ladder, |_| {});
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! Forces from marks: the ways to the field, their rules, and the marking error, on scenes whose forces are known.
 
 use std::sync::{Arc, OnceLock};
-use std::time::Instant;
 
 use nalgebra::{Point3, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -9,17 +8,17 @@ use rand_pcg::Pcg64;
 
 use super::super::kind::Options;
 use super::super::membrane_truth::{MembraneFace, MembraneSettings};
-use super::super::points::median;
 use super::super::runner::Case;
 use super::super::scene;
 use super::super::table::Run;
 use super::super::twin::{Twin, TwinSettings, normal_pair};
+use super::super::yardstick::{after_a_drag_ms, gentle, relative_error, squares};
 use super::{case, run};
 use crate::displacement::regularised::WeightRule;
 use crate::displacement::{DepthRule, UnmarkedRule};
 use crate::expression::{Basic, Expression};
 use crate::face::FaceModel;
-use crate::forces::{SkinModel, SpringRule, Springs, strains};
+use crate::forces::{SkinModel, SpringRule};
 use crate::muscle::{LawKind, MuscleLaw};
 use crate::muscle_field::activation_field;
 use crate::pipeline::{self, Outcome, Workspace};
@@ -39,10 +38,6 @@ const INTENSITY: f64 = 0.6;
 /// The expressions that move the forehead, and where they are marked.
 const EXPRESSIONS: [Basic; 4] = [Basic::Surprise, Basic::Sad, Basic::Anger, Basic::Fear];
 const REGION: &str = "forehead_and_brows";
-
-/// Where skin is stretched by more, lids and lips, it unfolds in truth, and the table is so steep that a hair of depth makes a newton: as on an artist's
-/// fields, such vertices are not compared.
-const MOST_STRAIN: f64 = 0.3;
 
 /// Where the true forces come from.
 #[derive(Clone, Copy, PartialEq)]
@@ -69,7 +64,7 @@ struct Made {
     name: &'static str,
     last: Vec<Point3<f64>>,
     force: Vec<Vector3<f64>>,
-    /// Whether no spring there is stretched by more than [`MOST_STRAIN`].
+    /// Whether no spring there is stretched by so much that the vertex is not compared.
     gentle: Vec<bool>,
 }
 
@@ -86,12 +81,7 @@ fn made(generic: &FaceModel, seed: u64) -> Result<Made, String> {
     if truth.ended != Ended::Converged {
         return Err(format!("no truth: {}", truth.ended.label()));
     }
-    let mesh = person.mesh();
-    let springs = Springs::new(mesh, mesh.positions(), SpringRule::default(), Settings::default().skin_thickness_mm);
-    let strains = strains(&springs, &truth.last);
-    let gentle = (0..mesh.len())
-        .map(|v| springs.springs_of_vertex(v).iter().all(|&e| strains[e as usize] <= MOST_STRAIN))
-        .collect();
+    let gentle = gentle(person.mesh(), &truth.last, Settings::default().skin_thickness_mm);
     Ok(Made { person, name: basic.name(), last: truth.last, force: truth.force, gentle })
 }
 
@@ -273,37 +263,16 @@ fn measured(scene: Scene, way: Way, change: fn(&mut Settings), row: Run) -> Run 
     let skin = |v: usize| project.features.get(&(v as u32)).is_some_and(|f| f.role == Role::Skin);
     let inner: Vec<usize> =
         (0..force.len()).filter(|&v| scene.counts[v] && outcome.is_believed(v) && skin(v)).collect();
-    let square = |of: &dyn Fn(usize) -> Vector3<f64>| inner.iter().map(|&v| of(v).norm_squared()).sum::<f64>();
-    let size_of_truth = square(&|v| scene.truth[v]);
-    let error = (square(&|v| force[v] - scene.truth[v]) / size_of_truth).sqrt();
+    let size_of_truth = squares(&scene.truth, &inner);
+    let error = relative_error(&force, &scene.truth, &inner);
     let stated: f64 = inner.iter().map(|&v| outcome.field.sigma[v].powi(2)).sum();
-    let row = row.erring(error).timed(time(&project, &scene.face, size, &mut workspace, &find));
+    let time = after_a_drag_ms(&project, DRAGS, |dragged| {
+        let outcome = pipeline::solve(dragged, &scene.face, size, &mut workspace);
+        std::hint::black_box(find(&outcome));
+    });
+    let row = row.erring(error).timed(time);
     match way {
         Way::Chain(_) if stated > 0.0 => row.with("error_over_stated", error * (size_of_truth / stated).sqrt()),
         _ => row,
     }
-}
-
-/// Median time of the whole chain after a mark was dragged, and of what follows it, ms.
-fn time(
-    project: &Project,
-    face: &FaceModel,
-    size: [u32; 2],
-    workspace: &mut Workspace,
-    find: &dyn Fn(&Outcome) -> Option<Vec<Vector3<f64>>>,
-) -> f64 {
-    let mut dragged = project.clone();
-    let skin: Vec<u32> = dragged.features.iter().filter(|(_, f)| f.role == Role::Skin).map(|(v, _)| *v).collect();
-    let mut times = Vec::with_capacity(DRAGS);
-    for k in 0..DRAGS {
-        let Some(v) = skin.get(k * skin.len() / DRAGS) else { continue };
-        if let Some(mark) = dragged.features.get_mut(v).and_then(|f| f.last.as_mut()) {
-            mark.at_px[0] += 0.1;
-        }
-        let begun = Instant::now();
-        let outcome = pipeline::solve(&dragged, face, size, workspace);
-        std::hint::black_box(find(&outcome));
-        times.push(begun.elapsed().as_secs_f64() * 1e3);
-    }
-    median(&mut times).unwrap_or(f64::NAN)
 }

@@ -1,6 +1,7 @@
 //! The workspace of the studies: begin one, watch it, stop it and take it up again; point at its charts, and see what a method would change here.
 
 mod card;
+mod choice;
 mod maps;
 mod plot;
 mod shown;
@@ -23,6 +24,7 @@ use crate::gui::panels::muscles::maps as face_maps;
 use crate::gui::study_work::StudyWork;
 use crate::gui::{Command, Focus, Scene};
 use crate::study::Kind;
+use crate::study::ladder::Goals;
 
 /// What the workspace of the studies remembers about showing.
 pub struct StudyView {
@@ -38,6 +40,8 @@ pub struct StudyView {
     pub part: String,
     /// The method and setting that are picked.
     pub picked: Option<Picked>,
+    /// The accuracy and the time that a rung of the ladder is chosen for.
+    pub goals: Goals,
     hidden: BTreeSet<String>,
     noise: Option<f64>,
     seen: Seen,
@@ -66,6 +70,7 @@ impl Default for StudyView {
             own_face: true,
             part: String::new(),
             picked: None,
+            goals: Goals::default(),
             hidden: BTreeSet::new(),
             noise: None,
             seen: None,
@@ -140,6 +145,7 @@ pub fn show(
         });
     }
     CentralPanel::default().frame(Frame::NONE.inner_margin(8.0)).show(ui, |ui| {
+        choice::show(ui, scene, &shown, view, commands);
         card::line(ui, work, view, state, commands);
         chart(ui, &shown, view, commands);
     });
@@ -163,12 +169,14 @@ fn chart(ui: &mut Ui, shown: &Shown, view: &mut StudyView, commands: &mut Vec<Co
         maps::show(ui, &shown.maps, &shown.causes, view.map_zoom, picked)
     } else {
         let (axes, ticks): ([&str; 2], [Tick; 2]) = match shown.look {
-            Look::Accuracy => (["median time", "relative force error"], [time, percent]),
+            Look::Accuracy if shown.rungs.is_empty() => (["median time", "relative force error"], [time, percent]),
+            Look::Accuracy => (["median time after a drag", "95 % of twins err by less"], [time, percent]),
             Look::Growth => (["vertices", "ns a vertex"], [plain, plain]),
             _ => (["setting", "median time"], [plain, time]),
         };
         let live = (shown.look == Look::Accuracy).then_some((LIVE_MS, "16 ms: live while dragging"));
-        let chart = Plot { title, axes, ticks, live, lines: &shown.lines, picked };
+        let chosen = choice::chosen(shown, view.goals);
+        let chart = Plot { title, axes, ticks, live, lines: &shown.lines, picked, chosen: &chosen };
         let rect = ui.available_rect_before_wrap();
         let pointed = plot::show(ui, rect, &chart, &mut view.seen);
         let of = |[l, d]: [usize; 2]| (shown.lines[l].method.clone(), shown.lines[l].dots[d].setting.clone());

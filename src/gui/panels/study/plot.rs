@@ -59,6 +59,17 @@ pub(super) struct Plot<'a> {
     pub(super) lines: &'a [Line],
     /// Method and setting that are picked.
     pub(super) picked: Option<(&'a str, &'a str)>,
+    /// Methods and settings that were chosen, and for what.
+    pub(super) chosen: &'a [Chosen],
+}
+
+/// A mark that was chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Chosen {
+    pub(super) method: String,
+    pub(super) setting: String,
+    /// "for 10 %", once for every goal that it is chosen for.
+    pub(super) words: String,
 }
 
 /// The part that is seen: powers of ten along and up; all while none.
@@ -134,12 +145,19 @@ pub(super) fn show(ui: &mut Ui, rect: Rect, chart: &Plot<'_>, seen: &mut Seen) -
     for line in chart.lines {
         draw(&inside, line, &place, &inks);
     }
-    if let Some((method, setting)) = chart.picked {
-        let found =
-            chart.lines.iter().filter(|l| l.method == method).flat_map(|l| &l.dots).find(|d| d.setting == setting);
-        if let Some(dot) = found {
-            inside.circle_stroke(place.of(dot), 11.0, Stroke::new(2.0, inks.selected));
+    let find = |method: &str, setting: &str| {
+        chart.lines.iter().filter(|l| l.method == method).flat_map(|l| &l.dots).find(|d| d.setting == setting)
+    };
+    for chosen in chart.chosen {
+        if let Some(dot) = find(&chosen.method, &chosen.setting) {
+            let at = place.of(dot);
+            inside.circle_stroke(at, 12.0, Stroke::new(2.5, inks.text));
+            let font = FontId::proportional(12.5);
+            inside.text(at + vec2(0.0, 16.0), Align2::CENTER_TOP, &chosen.words, font, inks.text);
         }
+    }
+    if let Some(dot) = chart.picked.and_then(|(method, setting)| find(method, setting)) {
+        inside.circle_stroke(place.of(dot), 11.0, Stroke::new(2.0, inks.selected));
     }
     name_dots(ui, &response, chart, &place);
     let dot = pointer.filter(|_| !response.dragged()).and_then(|at| nearest(chart.lines, &place, at));

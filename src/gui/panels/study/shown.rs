@@ -5,7 +5,10 @@ use std::collections::BTreeSet;
 use super::plot::{Dot, Line};
 use crate::draw::numbers::significant;
 use crate::gui::study_work::Table;
+use crate::study::Kind;
 use crate::study::cells::{Map, causes, maps};
+use crate::study::ladder::standing::AtNoise;
+use crate::study::ladder::{self, Standing, standings};
 use crate::study::points::{Point, mark_front, points};
 use crate::study::table::{in_words, pairs};
 
@@ -45,11 +48,16 @@ pub(super) struct Shown {
     pub(super) lines: Vec<Line>,
     pub(super) maps: Vec<Map>,
     pub(super) causes: Vec<String>,
+    /// The rungs of a ladder; none of any other study.
+    pub(super) rungs: Vec<Standing>,
 }
 
 impl Shown {
     /// What a table shows when it is asked so; a part that it does not have is its first.
     pub(super) fn of(table: &Table, mut asked: Asked) -> Self {
+        if table.kind == Some(Kind::Ladder) {
+            return Self::of_ladder(table, asked);
+        }
         let mut parts: Vec<(String, String)> = Vec::new();
         for run in table.runs.iter() {
             if !parts.iter().any(|p| p.0 == run.part) {
@@ -90,8 +98,17 @@ impl Shown {
             .filter(|r| !asked.hidden.contains(&r.method) && asked.noise.is_none_or(|n| r.noise_px == n))
             .cloned()
             .collect();
-        let mut shown =
-            Self { parts, methods, noises, look, lines: Vec::new(), maps: Vec::new(), causes: Vec::new(), asked };
+        let mut shown = Self {
+            parts,
+            methods,
+            noises,
+            look,
+            lines: Vec::new(),
+            maps: Vec::new(),
+            causes: Vec::new(),
+            rungs: Vec::new(),
+            asked,
+        };
         if look == Look::Maps {
             shown.maps = maps(&seen, &shown.asked.part);
             // Letters that stay when a method is hidden.
@@ -101,6 +118,54 @@ impl Shown {
             shown.lines = shown.lines_of(&seen);
         }
         shown
+    }
+
+    /// A ladder: its rungs as points, one line a way.
+    fn of_ladder(table: &Table, mut asked: Asked) -> Self {
+        let rungs = standings(&table.runs);
+        let (mut methods, mut noises, mut stated) = (Vec::new(), Vec::new(), None);
+        for rung in &rungs {
+            if !methods.contains(&rung.method) {
+                methods.push(rung.method.clone());
+            }
+            for n in &rung.noises {
+                if !noises.contains(&n.noise_px) {
+                    noises.push(n.noise_px);
+                }
+                stated = stated.or((n.times_stated == 1.0).then_some(n.noise_px));
+            }
+        }
+        noises.sort_by(f64::total_cmp);
+        ladder::MEASURED.clone_into(&mut asked.part);
+        asked.noise = asked.noise.filter(|n| noises.contains(n)).or(stated);
+        let place = |method: &str| methods.iter().position(|m| m == method).unwrap_or(0);
+        let mut points: Vec<(Point, String)> = Vec::new();
+        for rung in rungs.iter().filter(|r| !asked.hidden.contains(&r.method)) {
+            points.extend(rung.noises.iter().filter(|n| asked.noise == Some(n.noise_px)).map(|n| rung_point(rung, n)));
+        }
+        let (mut plain, words): (Vec<Point>, Vec<String>) = points.into_iter().unzip();
+        mark_front(&mut plain);
+        let mut lines: Vec<Line> = Vec::new();
+        for (p, words) in plain.iter().zip(words) {
+            let Some(x) = p.time_ms.filter(|t| *t > 0.0) else { continue };
+            let (y, failed) = (p.error, p.error.is_none());
+            let dot = Dot { x, y, failed, front: p.on_front, setting: p.setting.clone(), words };
+            match lines.iter_mut().find(|l| l.method == p.method) {
+                Some(line) => line.dots.push(dot),
+                None => lines.push(Line { method: p.method.clone(), place: place(&p.method), dots: vec![dot] }),
+            }
+        }
+        Self {
+            parts: vec![(asked.part.clone(), ladder::title(&asked.part).to_owned())],
+            methods,
+            noises,
+            look: Look::Accuracy,
+            lines,
+            maps: Vec::new(),
+            causes: Vec::new(),
+            rungs,
+            asked,
+        }
     }
 
     fn lines_of(&self, runs: &[crate::study::Run]) -> Vec<Line> {
@@ -125,6 +190,32 @@ impl Shown {
         let lines = self.methods.iter().enumerate().map(line);
         lines.filter(|l| !l.dots.is_empty()).collect()
     }
+}
+
+/// A rung at a marking error as a point, and what is said of it.
+fn rung_point(rung: &Standing, at: &AtNoise) -> (Point, String) {
+    let limit = Some(at.bound.value).filter(|v| v.is_finite());
+    let percent = |share: f64| format!("{} %", significant(100.0 * share, 3));
+    let mut lines = vec![rung.method.clone(), in_words(&rung.setting), format!("{} vertices", rung.vertices)];
+    lines.extend(rung.time_ms.map(|ms| format!("{} ms after a drag", significant(ms, 3))));
+    lines.push(limit.map_or_else(
+        || "no answer on more than 5 % of twins".to_owned(),
+        |limit| format!("95 % of twins err by less than {}, half by less than {}", percent(limit), percent(at.median)),
+    ));
+    lines.push(format!("{} twins", at.bound.twins));
+    let point = Point {
+        method: rung.method.clone(),
+        setting: rung.setting.clone(),
+        noise_px: at.noise_px,
+        vertices: rung.vertices,
+        time_ms: rung.time_ms,
+        error: limit,
+        runs: at.bound.twins,
+        failed: usize::from(limit.is_none()),
+        cause: None,
+        on_front: false,
+    };
+    (point, lines.join("\n"))
 }
 
 /// What is said of a point.

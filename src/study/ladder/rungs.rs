@@ -1,0 +1,216 @@
+//! The rungs: ways to the forces, each with rules for depth and on meshes where that matters, the simplest first.
+//!
+//! A rung is a change of a project's choices, and what is done after the chain. Another way is another line of [`WAYS`].
+
+use nalgebra::Vector3;
+
+use super::ground::Ground;
+use crate::displacement::DepthRule;
+use crate::displacement::regularised::WeightRule;
+use crate::forces::SkinModel;
+use crate::muscle::{LawKind, MuscleLaw};
+use crate::muscle_field::{activation_field, capped_activation_field};
+use crate::pipeline::{self, Outcome, Workspace};
+use crate::project::{FieldWay, Project, Role, Settings};
+
+/// What is done after the chain.
+#[derive(Clone, Copy)]
+enum After {
+    /// Its field is the answer.
+    Nothing,
+    /// All muscles are fitted to its field.
+    AllMuscles,
+    /// The fewest muscles that explain its field, at most so many.
+    Muscles(usize),
+}
+
+/// How fine the mesh is that the chain runs on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Level {
+    /// The face's own mesh, with about every third mark left out and filled in.
+    Thinned,
+    /// The face's own mesh with all marks.
+    Own,
+    /// Every triangle cut into four; marks at the face's own vertices, the rest filled in.
+    Finer,
+}
+
+impl Level {
+    pub(super) const ALL: [Self; 3] = [Self::Thinned, Self::Own, Self::Finer];
+
+    const fn word(self) -> &'static str {
+        match self {
+            Self::Thinned => "own, two thirds of the marks",
+            Self::Own => "own",
+            Self::Finer => "finer",
+        }
+    }
+}
+
+/// A way to the forces, and where it is tried.
+struct Way {
+    name: &'static str,
+    change: fn(&mut Settings),
+    after: After,
+    skins: &'static [SkinModel],
+    depths: &'static [DepthRule],
+    levels: &'static [Level],
+}
+
+const BOTH: &[SkinModel] = &SkinModel::ALL;
+const MEMBRANE: &[SkinModel] = &[SkinModel::Membrane];
+const DEPTHS: &[DepthRule] = &[DepthRule::FixedDepth, DepthRule::KeepHeight, DepthRule::HalfWay];
+const HEIGHT: &[DepthRule] = &[DepthRule::KeepHeight];
+const LEVELS: &[Level] = &Level::ALL;
+const OWN: &[Level] = &[Level::Own];
+
+const DIRECT: fn(&mut Settings) = |s| s.field = FieldWay::Direct;
+const SMOOTH: fn(&mut Settings) = |s| s.field = FieldWay::Regularised { weight: WeightRule::Discrepancy };
+
+/// The ways, the simplest first.
+#[rustfmt::skip]
+const WAYS: [Way; 7] = [
+    Way { name: "Direct", change: DIRECT, after: After::Nothing, skins: BOTH, depths: DEPTHS, levels: LEVELS },
+    Way { name: "Regularised, discrepancy", change: SMOOTH, after: After::Nothing, skins: BOTH, depths: DEPTHS, levels: LEVELS },
+    Way { name: "Muscles, at most 1", change: SMOOTH, after: After::Muscles(1), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
+    Way { name: "Muscles, at most 2", change: SMOOTH, after: After::Muscles(2), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
+    Way { name: "Muscles, at most 4", change: SMOOTH, after: After::Muscles(4), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
+    Way { name: "Muscles, smallest set", change: SMOOTH, after: After::Muscles(usize::MAX), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
+    Way { name: "Muscles, all", change: SMOOTH, after: After::AllMuscles, skins: BOTH, depths: DEPTHS, levels: LEVELS },
+];
+
+/// One rung.
+pub(super) struct Rung {
+    /// The way's name.
+    pub(super) method: &'static str,
+    /// Skin, depth rule and mesh as pairs.
+    pub(super) setting: String,
+    pub(super) level: Level,
+    change: fn(&mut Settings),
+    skin: SkinModel,
+    depth: DepthRule,
+    after: After,
+}
+
+/// All rungs, with the finer mesh or without: every way with its skins and depth rules on the face's own mesh, and on the other meshes as a membrane with
+/// the depth that skin over a skull has.
+pub(super) fn rungs(finer: bool) -> Vec<Rung> {
+    let mut all = Vec::new();
+    for way in &WAYS {
+        for (&skin, &depth) in way.skins.iter().flat_map(|skin| way.depths.iter().map(move |depth| (skin, depth))) {
+            for &level in way.levels.iter().filter(|l| finer || **l != Level::Finer) {
+                if level == Level::Own || (skin, depth) == (SkinModel::Membrane, DepthRule::KeepHeight) {
+                    all.push(Rung::of(way, skin, depth, level));
+                }
+            }
+        }
+    }
+    all
+}
+
+/// The rung whose motion tells what has moved: smoothed, at the project's usual depth.
+pub(super) fn smooth_rung() -> Rung {
+    Rung {
+        method: "Motion",
+        setting: String::new(),
+        level: Level::Own,
+        change: SMOOTH,
+        skin: SkinModel::default(),
+        depth: DepthRule::FixedDepth,
+        after: After::Nothing,
+    }
+}
+
+fn depth_word(rule: DepthRule) -> &'static str {
+    match rule {
+        DepthRule::FixedDepth => "fixed",
+        DepthRule::SlideOnSurface => "slide",
+        DepthRule::KeepHeight => "height",
+        DepthRule::HalfWay => "half",
+    }
+}
+
+/// A field on the face's own vertices, N, and which of them it can be believed at.
+pub(super) struct Answer {
+    pub(super) force: Vec<Vector3<f64>>,
+    pub(super) believed: Vec<bool>,
+}
+
+impl Rung {
+    fn of(way: &Way, skin: SkinModel, depth: DepthRule, level: Level) -> Self {
+        let words = [skin.label().to_lowercase(), depth_word(depth).to_owned(), level.word().to_owned()];
+        let [skin_word, depth_word, mesh_word] = words;
+        Self {
+            method: way.name,
+            setting: format!("skin={skin_word}; depth={depth_word}; mesh={mesh_word}"),
+            level,
+            change: way.change,
+            skin,
+            depth,
+            after: way.after,
+        }
+    }
+
+    /// The project as this rung solves it.
+    pub(super) fn project(&self, ground: &Ground, marked: &Project) -> Project {
+        let mut project = marked.clone();
+        (self.change)(&mut project.settings);
+        project.settings.skin_model = self.skin;
+        project.settings.depth = self.depth;
+        if self.level == Level::Thinned {
+            thin(ground, &mut project);
+        }
+        project
+    }
+
+    /// The mesh's number of vertices.
+    pub(super) fn vertices(&self, ground: &Ground) -> usize {
+        self.face(ground).mesh().len()
+    }
+
+    /// Whether its region is tried: on the face's own mesh, as a membrane with the depth that skin over a skull has.
+    pub(super) fn has_region(&self) -> bool {
+        self.level == Level::Own && self.depth == DepthRule::KeepHeight && self.skin == SkinModel::Membrane
+    }
+
+    fn face<'a>(&self, ground: &'a Ground) -> &'a crate::face::FaceModel {
+        if self.level == Level::Finer { &ground.finer.face } else { &ground.face }
+    }
+
+    /// The field that it finds in a project of [`Self::project`]; none where no muscles can be fitted.
+    pub(super) fn solve(&self, ground: &Ground, project: &Project, workspace: &mut Workspace) -> Option<Answer> {
+        let face = self.face(ground);
+        let outcome = pipeline::solve(project, face, ground.size_px, workspace);
+        let law = MuscleLaw::default_of(LawKind::Anatomical);
+        let force = match self.after {
+            After::Nothing => outcome.field.force.clone(),
+            After::AllMuscles => activation_field(face, &outcome, &law)?,
+            After::Muscles(most) => capped_activation_field(face, &outcome, &law, most)?,
+        };
+        let coarse = ground.finer.coarse;
+        let force = if self.level == Level::Finer { ground.finer.gathered(&force) } else { force };
+        Some(Answer { force, believed: (0..coarse).map(|v| is_inside(&outcome, v)).collect() })
+    }
+}
+
+/// Whether a vertex is known, not on the border, and none of its springs beyond the table of the skin.
+fn is_inside(outcome: &Outcome, v: usize) -> bool {
+    outcome.states[v].is_known() && !outcome.border[v] && !outcome.field.outside_table[v]
+}
+
+/// Leaves out marks of the skin no two of which are neighbours, nor on the border of what is marked: what is left surrounds them.
+fn thin(ground: &Ground, project: &mut Project) {
+    let mesh = ground.face.mesh();
+    let mut left_out: Vec<u32> = Vec::new();
+    for &v in &ground.marked {
+        let inner = mesh.neighbours(v as usize).iter().all(|n| project.features.contains_key(n));
+        if inner && !mesh.neighbours(v as usize).iter().any(|n| left_out.contains(n)) {
+            left_out.push(v);
+        }
+    }
+    for v in left_out {
+        if let Some(feature) = project.features.get_mut(&v).filter(|f| f.role == Role::Skin) {
+            feature.last = None;
+        }
+    }
+}
