@@ -852,7 +852,7 @@ fn laws_are_tried_on_another_subject_and_both_are_put_together_vertex_by_vertex(
     let arguments = ["fit", text(&project), "--out", text(&fit), "--compare", "vectors", "--test", text(&other)];
     let said = done(&arguments);
     assert!(
-        said.contains("on Brow raise of twin 2, Koch: R²") && said.contains("across subjects: 2 subjects"),
+        said.contains("on Brow raise of twin 2, Koch: as fitted R²") && said.contains("across subjects: 2 subjects"),
         "{said}"
     );
 
@@ -869,6 +869,22 @@ fn laws_are_tried_on_another_subject_and_both_are_put_together_vertex_by_vertex(
             assert!(whole > shape - 1e-6, "{}: {shape} {whole}", row["label"]);
             assert!(row["as_fitted_r2"].as_f64().unwrap() <= shape + 1e-9, "strengths of there are the best there");
         }
+    }
+
+    let kept = fs::read_to_string(fit.join("subject_laws.csv")).unwrap();
+    assert_eq!(kept.lines().count(), 6);
+    for (line, row) in kept.lines().skip(1).zip(rows) {
+        let cells: Vec<&str> = line.split(',').collect();
+        let held_out = row["refitted_held_out"]["error"].as_f64();
+        assert!(
+            cells[0] == "Brow raise of twin 2" && cells.contains(&held_out.unwrap_or(f64::NAN).to_string().as_str()),
+            "{line}"
+        );
+    }
+    let profiles = fs::read_to_string(fit.join("subject_profiles.csv")).unwrap();
+    assert!(image::open(fit.join("subject_profiles.png")).is_ok() && fit.join("subject_profiles.svg").exists());
+    for source in ["observed", "as fitted here", "shape carried", "refitted there"] {
+        assert!(profiles.contains(&format!(",radial,{source},")), "{source}");
     }
 
     // A second way to the maps: from the forces of each that `solve` wrote, which count where both tables say so.
@@ -907,6 +923,7 @@ fn laws_are_tried_on_another_subject_and_both_are_put_together_vertex_by_vertex(
     assert_eq!((drawn.width(), drawn.height()), (3 * 550, 2 * 616), "mean, spread and difference, of two readings");
     let html = fs::read_to_string(fit.join("report.html")).unwrap();
     assert!(html.contains("The laws tried on Brow raise of twin 2") && html.contains("Across subjects"));
+    assert!(html.contains("Brow raise of twin 2: Along "), "its profiles");
 
     // A subject counts once; forces without a scale are not mixed with newtons; who has none says so.
     let words =
@@ -919,8 +936,9 @@ fn laws_are_tried_on_another_subject_and_both_are_put_together_vertex_by_vertex(
     let bare = out.join("bare");
     let said = done(&["fit", text(&project), "--out", text(&bare), "--test", text(&relative)]);
     assert!(said.contains("no maps across subjects: the forces of Lea are relative"), "{said}");
-    assert!(said.contains("on Lea, Koch: not tried as fitted"), "{said}");
+    assert!(said.contains("on Lea, Koch: as fitted not tried"), "{said}");
     assert!(!bare.join("subject_maps.csv").exists() && !bare.join("subjects.csv").exists());
+    assert!(bare.join("subject_laws.csv").exists(), "laws have no unit of force but for their strengths");
     let unmarked = changed(&out, |p| p["features"] = serde_json::json!({}));
     let words = refused(&["fit", text(&project), "--out", text(&fit), "--test", text(&unmarked)]);
     assert!(words.contains("changed.frontalis.json: no force can be believed yet"), "{words}");

@@ -13,7 +13,7 @@ use super::shell_word;
 use crate::export::muscles::Subject;
 use crate::export::{muscle_report, replay, report, subjects};
 use crate::face::FaceModel;
-use crate::fit::Compare;
+use crate::fit::{Compare, LawFit};
 use crate::muscle_field::profiles::Part;
 use crate::muscle_field::subjects::{Other, Seen, carry, told_apart};
 use crate::muscle_field::{Analysis, Include, Question, ladder};
@@ -194,6 +194,10 @@ fn solved(scene: &Scene) -> Outcome {
     pipeline::solve(&scene.project, &scene.face, scene.image_size_px, &mut Workspace::default())
 }
 
+fn r2(share: f64) -> String {
+    format!("R² {share:.3}")
+}
+
 /// The result in a few lines.
 fn say(subject: &Subject<'_>) {
     let (analysis, unit) = (subject.analysis, subject.outcome.unit());
@@ -204,7 +208,7 @@ fn say(subject: &Subject<'_>) {
         match (&row.fit, &row.held_out) {
             (Ok(fit), held_out) => {
                 let error = held_out.as_ref().map_or_else(|| "–".into(), |h| format!("{:.3}", h.error.min(10.0)));
-                println!("{}: held-out error {error}, R² {:.3}, {:.2} ms", row.label(), fit.r2, fit.time_ms);
+                println!("{}: held-out error {error}, {}, {:.2} ms", row.label(), r2(fit.r2), fit.time_ms);
             }
             (Err(failed), _) => println!("{failed}"),
         }
@@ -225,15 +229,11 @@ fn say(subject: &Subject<'_>) {
     }
     for other in subject.others {
         for row in &other.carried.rows {
-            let r2 = |fit: &Result<crate::fit::LawFit, _>| {
-                fit.as_ref().map_or_else(|_| "no fit".into(), |f| format!("R² {:.3}", f.r2))
-            };
-            let as_fitted = row.as_fitted_r2.map_or_else(|| "not tried".into(), |r2| format!("R² {r2:.3}"));
-            let (shape, refitted) = (r2(&row.shape_carried), r2(&row.refitted));
-            println!(
-                "on {}, {}: {as_fitted} as fitted, {shape} with its shape, {refitted} refitted",
-                other.name, row.label
-            );
+            let share = |fit: &Result<LawFit, _>| fit.as_ref().map_or_else(|_| "no fit".into(), |f| r2(f.r2));
+            let as_fitted = row.as_fitted_r2.map_or_else(|| "not tried".into(), r2);
+            let (shape, refitted) = (share(&row.shape_carried), share(&row.refitted));
+            let name = &other.name;
+            println!("on {name}, {}: as fitted {as_fitted}; with its shape {shape}; refitted {refitted}", row.label);
         }
     }
     if !subject.others.is_empty() {

@@ -41,7 +41,7 @@ pub enum ReportError {
 }
 
 /// All files on the muscles: `fit.json`, `activations.csv`, `profiles.csv`, `profiles.svg`, `profiles.png`, `fields.csv`, `report.html`; with other
-/// subjects `subjects.csv`, and where their forces can be put together `subject_maps.csv` and `subject_maps.png`; and where a point is measured
+/// subjects `subject_laws.csv` and `subject_profiles.csv`, `.svg` and `.png`, and where their forces can be put together `subjects.csv`, `subject_maps.csv` and `subject_maps.png`; and where a point is measured
 /// `replay.csv`, `replay.svg` and, given the last frame, `replay.png`.
 ///
 /// # Errors
@@ -63,6 +63,13 @@ pub fn files(
         ("fields.csv", muscles::fields_csv(subject).into_bytes()),
         ("report.html", report(subject, circumstances, replay.as_ref(), across.as_ref())?.into_bytes()),
     ];
+    if !subject.others.is_empty() {
+        files.push(("subject_laws.csv", subjects::laws_csv(subject.others).into_bytes()));
+        files.push(("subject_profiles.csv", subjects::profiles_csv(subject.others).into_bytes()));
+        let drawn = subjects::profiles_svg(subject.others);
+        files.push(("subject_profiles.png", png(&svg::paint(&drawn, 1.0)?)?));
+        files.push(("subject_profiles.svg", drawn.into_bytes()));
+    }
     if let Some(csv) = subjects::csv(subject) {
         files.push(("subjects.csv", csv.into_bytes()));
     }
@@ -227,7 +234,7 @@ fn maps(subject: &Subject<'_>) -> Result<RgbImage, ReportError> {
             colour_map: ColourMap::CoolWarm,
             range,
             title: title.to_owned(),
-            quantity: format!("along the fibres, {}", subject.outcome.unit()),
+            quantity: format!("along fibre, {}", subject.outcome.unit()),
             ..SurfaceOptions::default()
         };
         surface_picture::render(&positions, face.mesh().triangles(), Some(values), &options)
@@ -310,6 +317,8 @@ fn tried_on(d: &mut Document, other: &Other) {
     for words in muscle_tables::carried_in_words(&other.carried) {
         d.paragraph(&words);
     }
+    let drawn = subjects::profiles_svg(std::slice::from_ref(other));
+    d.drawing(&drawn, "Forces measured there, and the law that is nearest there with its shape carried");
 }
 
 /// Mean, spread and differences, or why there are none.

@@ -15,7 +15,7 @@ use crate::fit::activations::{Activation, Standing, UnitStrength};
 use crate::fit::selection::Selection;
 use crate::muscle_field::fibres::muscle_name;
 use crate::muscle_field::fields::fields;
-use crate::muscle_field::profiles::{Part, Profile, Way, profile_of_laws};
+use crate::muscle_field::profiles::{Curve, Part, Profile, Way, profile_of_laws};
 use crate::muscle_field::subjects::{Carried, Other};
 use crate::muscle_field::{Analysis, Ladder, LawRow, Question};
 use crate::pipeline::Outcome;
@@ -197,68 +197,98 @@ pub fn profiles_csv(subject: &Subject<'_>, profiles: &[(usize, Profile)]) -> Str
     let mut text = format!("{PROFILES_HEADER}\n");
     for (f, profile) in profiles {
         let begin = format!("{},{}", quoted(subject.id(*f)), profile.way.name());
-        for o in &profile.observed {
-            let source = if o.believed { "observed" } else { "not_fitted" };
-            let _ = write!(text, "{begin},{source},{}", o.vertex);
-            numbers(&mut text, [o.at_mm, o.value, o.sigma].into_iter());
-            text.push('\n');
-        }
-        for (row, curve) in subject.analysis.laws.iter().zip(&profile.curves).filter(|(row, _)| row.fit.is_ok()) {
-            for [at, value] in curve.points.iter().filter(|p| p[1].is_finite()) {
-                let _ = write!(text, "{begin},{},", quoted(&row.label()));
-                numbers(&mut text, [*at, *value, f64::NAN].into_iter());
-                text.push('\n');
-            }
-        }
+        let names: Vec<String> = subject.analysis.laws.iter().map(LawRow::label).collect();
+        observed_rows(&mut text, &begin, profile);
+        curve_rows(&mut text, &begin, profile, &names);
     }
     text
 }
 
+/// What was observed on a profile, a row a vertex.
+pub(super) fn observed_rows(text: &mut String, begin: &str, profile: &Profile) {
+    for o in &profile.observed {
+        let source = if o.believed { "observed" } else { "not_fitted" };
+        let _ = write!(text, "{begin},{source},{}", o.vertex);
+        numbers(text, [o.at_mm, o.value, o.sigma].into_iter());
+        text.push('\n');
+    }
+}
+
+/// The curves of a profile under their names.
+pub(super) fn curve_rows(text: &mut String, begin: &str, profile: &Profile, names: &[String]) {
+    for (name, curve) in names.iter().zip(&profile.curves) {
+        for [at, value] in curve.points.iter().filter(|p| p[1].is_finite()) {
+            let _ = write!(text, "{begin},{},", quoted(name));
+            numbers(text, [*at, *value, f64::NAN].into_iter());
+            text.push('\n');
+        }
+    }
+}
+
 /// `profiles.svg`: a row a muscle, along it and across it.
 pub fn profiles_svg(subject: &Subject<'_>, profiles: &[(usize, Profile)]) -> String {
-    const SIZE: [f64; 2] = [560.0, 380.0];
     let unit = subject.outcome.unit();
     let laws: Vec<&LawRow> = subject.analysis.laws.iter().collect();
-    let mut drawn = Vec::new();
-    for (k, (f, profile)) in profiles.iter().enumerate() {
-        let way = match profile.way {
-            Way::Radial => "Along",
-            Way::Lateral => "Across",
-        };
-        let observed = |believed: bool| -> Vec<Value> {
-            let of = profile.observed.iter().filter(|o| o.believed == believed);
-            of.map(|o| Value { error: believed.then_some(o.sigma), ..Value::at(o.at_mm, o.value) }).collect()
-        };
-        let mut series: Vec<Series> = Vec::new();
-        for (k, (row, curve)) in laws.iter().zip(&profile.curves).enumerate().filter(|(_, (row, _))| row.fit.is_ok()) {
+    let chart = |(f, profile): &(usize, Profile)| {
+        let fitted = laws.iter().zip(&profile.curves).enumerate().filter(|(_, (row, _))| row.fit.is_ok());
+        let series = fitted.map(|(k, (row, curve))| {
             let best = subject.analysis.best == Some(k);
-            series.push(Series {
-                name: if best { format!("{} (best)", row.label()) } else { row.label() },
-                colour: COLOURS[k % (COLOURS.len() - 1)].into(),
-                style: if best { Style::Line } else { Style::Dashed },
-                values: curve.points.iter().map(|p| Value::at(p[0], p[1])).collect(),
-            });
-        }
-        let points = |name: &str, style, values| Series { name: name.into(), colour: "#333333".into(), style, values };
-        series.push(points("measured, ± one standard error", Style::Points, observed(true)));
-        let chart = LineChart {
-            title: format!("{way} {}", subject.name(*f)),
-            x: Axis::linear(profile.way.axis()),
-            y: Axis::linear(format!("force along the fibre, {unit}")),
-            series,
-            x_marks: match profile.way {
-                Way::Radial => vec![(profile.insertion_mm, "insertion".into())],
-                Way::Lateral => Vec::new(),
-            },
-            y_marks: Vec::new(),
-        };
-        let place = [20.0 + SIZE[0] * (k % 2) as f64, HEADING + SIZE[1] * (k / 2) as f64];
-        drawn.push(chart.draw([place[0], place[1], SIZE[0] - 20.0, SIZE[1] - 10.0]));
-    }
-    let rows = profiles.len().div_ceil(2).max(1) as f64;
+            let name = if best { format!("{} (best)", row.label()) } else { row.label() };
+            line(name, k, if best { Style::Line } else { Style::Dashed }, curve)
+        });
+        profile_chart(&subject.name(*f), unit, profile, series.collect())
+    };
     let heading = format!("{}: observed forces and laws", title(subject.project));
     let below = format!("{} vertices fitted; positive pulls to the bone", subject.analysis.samples.len());
-    sheet([2.0 * SIZE[0] + 20.0, HEADING + rows * SIZE[1]], &heading, &below, &drawn)
+    in_pairs(&profiles.iter().map(chart).collect::<Vec<_>>(), &heading, &below)
+}
+
+/// A model's curve, in the colour of that place.
+pub(super) fn line(name: String, place: usize, style: Style, curve: &Curve) -> Series {
+    Series {
+        name,
+        colour: COLOURS[place % (COLOURS.len() - 1)].into(),
+        style,
+        values: curve.points.iter().map(|p| Value::at(p[0], p[1])).collect(),
+    }
+}
+
+/// The believed forces of a profile with their errors, and models' lines.
+pub(super) fn profile_chart(muscle: &str, unit: &str, profile: &Profile, mut series: Vec<Series>) -> LineChart {
+    let way = match profile.way {
+        Way::Radial => "Along",
+        Way::Lateral => "Across",
+    };
+    let believed = profile.observed.iter().filter(|o| o.believed);
+    series.push(Series {
+        name: "measured, ± one standard error".into(),
+        colour: "#333333".into(),
+        style: Style::Points,
+        values: believed.map(|o| Value { error: Some(o.sigma), ..Value::at(o.at_mm, o.value) }).collect(),
+    });
+    LineChart {
+        title: format!("{way} {muscle}"),
+        x: Axis::linear(profile.way.axis()),
+        y: Axis::linear(format!("force along the fibre, {unit}")),
+        series,
+        x_marks: match profile.way {
+            Way::Radial => vec![(profile.insertion_mm, "insertion".into())],
+            Way::Lateral => Vec::new(),
+        },
+        y_marks: Vec::new(),
+    }
+}
+
+/// Charts in two columns on a sheet.
+pub(super) fn in_pairs(charts: &[LineChart], heading: &str, below: &str) -> String {
+    const SIZE: [f64; 2] = [560.0, 380.0];
+    let place = |k: usize| [20.0 + SIZE[0] * (k % 2) as f64, HEADING + SIZE[1] * (k / 2) as f64];
+    let drawn = charts.iter().enumerate().map(|(k, chart)| {
+        let [x, y] = place(k);
+        chart.draw([x, y, SIZE[0] - 20.0, SIZE[1] - 10.0])
+    });
+    let rows = charts.len().div_ceil(2).max(1) as f64;
+    sheet([2.0 * SIZE[0] + 20.0, HEADING + rows * SIZE[1]], heading, below, &drawn.collect::<Vec<_>>())
 }
 
 /// The name of a project, or what stands for it.

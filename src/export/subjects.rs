@@ -6,14 +6,17 @@ use image::RgbImage;
 use serde::Serialize;
 
 use super::csv::{numbers, quoted};
-use super::muscles::{Subject, title};
+use super::muscles::{Subject, curve_rows, in_pairs, line, observed_rows, profile_chart, title};
 use crate::draw::ColourMap;
+use crate::draw::line_chart::{LineChart, Style};
 use crate::draw::robust_range::automatic_range;
 use crate::draw::surface_picture::{self, SurfaceOptions};
 use crate::draw::svg::SvgError;
+use crate::fit::{FailedFit, HeldOut, LawFit};
+use crate::muscle_field::fibres::muscle_name;
 use crate::muscle_field::maps::{Maps, MapsError, of_subjects};
-use crate::muscle_field::profiles::Part;
-use crate::muscle_field::subjects::Seen;
+use crate::muscle_field::profiles::{Part, Profile, Way};
+use crate::muscle_field::subjects::{CURVES, Other, Seen};
 
 /// Header of [`csv`].
 pub const SUBJECTS_HEADER: &str = "vertex,subject,force_N,along_fibre_N,sigma_N,less_force_N,less_along_fibre_N";
@@ -21,6 +24,12 @@ pub const SUBJECTS_HEADER: &str = "vertex,subject,force_N,along_fibre_N,sigma_N,
 /// Header of [`maps_csv`].
 pub const SUBJECT_MAPS_HEADER: &str =
     "vertex,subjects,mean_force_N,spread_force_N,mean_along_fibre_N,spread_along_fibre_N";
+
+/// Header of [`laws_csv`].
+pub const SUBJECT_LAWS_HEADER: &str = "subject,law,r2_as_fitted,r2_carried,held_out_carried,r2_refitted,held_out_refitted,why_not_carried,why_not_refitted";
+
+/// Header of [`profiles_csv`].
+pub const SUBJECT_PROFILES_HEADER: &str = "subject,law,muscle,way,source,vertex,at_mm,along_fibre_N,sigma_N";
 
 /// Differences that are drawn at most; the table has all.
 const DRAWN: usize = 3;
@@ -109,12 +118,82 @@ pub fn maps_csv(subject: &Subject<'_>) -> Option<String> {
     Some(text)
 }
 
+/// `subject_laws.csv`: a row a subject and law; `NaN` where there is no number, with the reason at the end where a fit failed.
+pub fn laws_csv(others: &[Other]) -> String {
+    let mut text = format!("{SUBJECT_LAWS_HEADER}\n");
+    let r2 = |fit: &Result<LawFit, FailedFit>| fit.as_ref().map_or(f64::NAN, |f| f.r2);
+    let error = |held_out: &Option<HeldOut>| held_out.as_ref().map_or(f64::NAN, |h| h.error);
+    let why =
+        |fit: &Result<LawFit, FailedFit>| fit.as_ref().err().map_or_else(String::new, |f| quoted(&f.why.to_string()));
+    for (other, row) in others.iter().flat_map(|o| o.carried.rows.iter().map(move |row| (o, row))) {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{},{}", quoted(&other.name), quoted(&row.label));
+        let carried =
+            [row.as_fitted_r2.unwrap_or(f64::NAN), r2(&row.shape_carried), error(&row.shape_carried_held_out)];
+        let refitted = [r2(&row.refitted), error(&row.refitted_held_out)];
+        numbers(&mut text, carried.into_iter().chain(refitted));
+        let _ = writeln!(text, ",{},{}", why(&row.shape_carried), why(&row.refitted));
+    }
+    text
+}
+
+/// The profiles of a law on another subject along and across every muscle, with the muscle's id.
+fn profiles(other: &Other, law: usize) -> Vec<(&str, Profile)> {
+    let cut = |id: &'_ String, way| other.carried.profile(other.seen(), law, id, way, Part::AlongFibre);
+    let of = |id| Way::ALL.into_iter().filter_map(move |way| Some((String::as_str(id), cut(id, way)?)));
+    other.carried.muscles.iter().flat_map(of).collect()
+}
+
+/// `subject_profiles.csv`: as `profiles.csv`, on the other subjects; `source` is `observed` or `not_fitted`, without a law, or one of [`CURVES`] of
+/// a law.
+pub fn profiles_csv(others: &[Other]) -> String {
+    let mut text = format!("{SUBJECT_PROFILES_HEADER}\n");
+    let names = CURVES.map(str::to_owned);
+    for other in others {
+        for (law, row) in other.carried.rows.iter().enumerate() {
+            for (id, profile) in profiles(other, law) {
+                let begin = |law: &str| {
+                    format!("{},{}", [other.name.as_str(), law, id].map(quoted).join(","), profile.way.name())
+                };
+                if law == 0 {
+                    observed_rows(&mut text, &begin(""), &profile);
+                }
+                curve_rows(&mut text, &begin(&row.label), &profile, &names);
+            }
+        }
+    }
+    text
+}
+
+/// The forces measured on other subjects along and across every muscle, with the three curves of the law that is nearest there with its shape
+/// carried (Thesis Fig. 5.8 and 5.9); subjects on which no law could be tried on skin left out are left out.
+pub fn profiles_svg(others: &[Other]) -> String {
+    let nearest = others.iter().filter_map(|other| Some((other, other.carried.nearest()[0]?)));
+    let mut charts = Vec::new();
+    let mut laws = Vec::new();
+    for (other, law) in nearest {
+        laws.extend(other.carried.rows.get(law).map(|row| format!("{} on {}", row.label, other.name)));
+        charts.extend(profiles(other, law).iter().map(|(id, profile)| chart(other, id, profile)));
+    }
+    let below = format!("the nearest law with its shape carried: {}; positive pulls to the bone", laws.join("; "));
+    in_pairs(&charts, "Laws carried to other subjects", &below)
+}
+
+fn chart(other: &Other, id: &str, profile: &Profile) -> LineChart {
+    let muscle = other.face.muscles().iter().find(|m| m.id == id).map_or_else(|| id.to_owned(), muscle_name);
+    let there = CURVES.iter().zip(&profile.curves).enumerate().filter(|(_, (_, curve))| !curve.points.is_empty());
+    let series = there
+        .map(|(k, (name, curve))| line((*name).to_owned(), k, if k == 1 { Style::Line } else { Style::Dashed }, curve));
+    let drawn = profile_chart(&muscle, other.outcome.unit(), profile, series.collect());
+    LineChart { title: format!("{}: {}", other.name, drawn.title), ..drawn }
+}
+
 /// Mean, spread and the first differences on this subject's face: lengths above, components along the fibres below.
 ///
 /// # Errors
 /// [`SvgError`] where the letters could not be painted. None where [`together`] has none.
 pub fn picture(subject: &Subject<'_>) -> Result<Option<RgbImage>, SvgError> {
-    let rows = [(Part::Magnitude, "length"), (Part::AlongFibre, "along the fibres")];
+    let rows = [(Part::Magnitude, "length"), (Part::AlongFibre, "along fibre")];
     let mut drawn = Vec::new();
     for (part, word) in rows {
         match together(subject, part) {
@@ -144,12 +223,11 @@ fn row(subject: &Subject<'_>, maps: &Maps, part: Part, word: &str) -> Result<Vec
     let signed = part == Part::AlongFibre;
     let count = maps.values.len();
     let differences: Vec<Vec<Option<f64>>> = (1..count).take(DRAWN).map(|k| maps.difference(k)).collect();
-    // One range for lengths and their spread; one for all differences.
-    let both = range_of(&[&maps.mean, &maps.spread], signed);
+    // One range for all differences; what scatters is small beside the mean.
     let less = range_of(&differences.iter().map(Vec::as_slice).collect::<Vec<_>>(), true);
     let mut pictures = vec![
-        one(&maps.mean, format!("Mean of {count}"), signed, both)?,
-        one(&maps.spread, format!("Standard deviation of {count}"), false, [0.0, both[1]])?,
+        one(&maps.mean, format!("Mean of {count}"), signed, range_of(&[&maps.mean], signed))?,
+        one(&maps.spread, format!("Standard deviation of {count}"), false, range_of(&[&maps.spread], false))?,
     ];
     for (other, difference) in subject.others.iter().zip(&differences) {
         pictures.push(one(difference, format!("This less {}", other.name), true, less)?);

@@ -34,7 +34,7 @@ pub enum MapsError {
     },
     /// Newtons beside forces without a scale.
     #[error(
-        "the forces of {relative} are relative, those of {measured} are in N, and the two are not mixed: set the scale of {relative}"
+        "the forces of {relative} are relative, those of {measured} are in N, and the two are not mixed: set a scale for {relative}, or leave it out"
     )]
     Scale {
         /// A subject without a measured scale.

@@ -222,7 +222,8 @@ fn curves(
                 let share = k as f64 / STEPS as f64;
                 let x = start + (end - start) * share;
                 let at = a + (b - a) * share;
-                if (from..=to).contains(&at) {
+                // Where the line runs along an edge, both triangles beside it are cut there: the first one speaks.
+                if (from..=to).contains(&at) && at >= reached {
                     curve.points.push([at, shown(&model(&x), &normal)]);
                 }
             }

@@ -207,6 +207,10 @@ fn the_muscles_that_made_a_field_are_found_with_their_law_and_strengths() {
     let k = carried.rows.iter().position(|r| r.label == best.label).unwrap();
     let cut = carried.profile(other, k, "frontalis_medial_left", Way::Radial, Part::AlongFibre).unwrap();
     let [as_fitted, shape, refitted] = [0, 1, 2].map(|c| &cut.curves[c].points);
+    let across = carried.profile(other, k, "zygomaticus_major_right", Way::Lateral, Part::AlongFibre).unwrap();
+    for curve in cut.curves.iter().chain(&across.curves) {
+        assert!(curve.points.windows(2).all(|p| p[0][0] <= p[1][0]), "a line never runs back");
+    }
     assert!(as_fitted.len() > 20 && as_fitted.len() == shape.len() && shape.len() == refitted.len());
     for (a, s) in as_fitted.iter().zip(shape).filter(|(a, _)| a[1].is_finite()) {
         assert!((2.0 * a[1] - s[1]).abs() < 1e-3, "{a:?} {s:?}");

@@ -319,3 +319,19 @@ fn the_spread_of_lengths_looks_as_it_did_in_light() {
 fn a_wide_window_has_room_for_table_and_profile() {
     looks("subjects_wide", [1800.0, 900.0], false, |w| w.state_mut().view_mut().muscles.second = Second::Mean);
 }
+
+#[test]
+fn why_forces_are_not_put_together_stands_in_the_place_of_the_map() {
+    looks("subjects_relative", SIZE, false, |w| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = twin(folder.path(), 4);
+        let relative = Project { scale: Scale::Assumed, name: "Lea".into(), ..file::load(&path).unwrap() };
+        file::save(&relative, &path).unwrap();
+        add(w, &[&path]);
+        settle(w);
+        settle(w);
+        let lea = w.state().subjects_work().others().find(|(_, o)| o.name == "Lea").map(|(id, _)| id);
+        assert!(lea.is_some());
+        w.state_mut().view_mut().muscles.other = lea;
+    });
+}

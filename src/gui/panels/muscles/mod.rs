@@ -361,6 +361,9 @@ fn no_map(ui: &mut Ui, rect: egui::Rect, title: &str, why: &str) {
     ui.painter().text(rect.min + vec2(12.0, 8.0), Align2::LEFT_TOP, title, FontId::proportional(13.5), inks.text);
     let inner = rect.shrink2(vec2(24.0, 40.0));
     ui.scope_builder(egui::UiBuilder::new().max_rect(inner), |ui| {
-        ui.centered_and_justified(|ui| ui.add(egui::Label::new(why).wrap()));
+        ui.vertical_centered(|ui| {
+            ui.add_space(0.4 * inner.height());
+            ui.add(egui::Label::new(why).wrap());
+        });
     });
 }
