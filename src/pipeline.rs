@@ -1,18 +1,22 @@
 //! The chain, whole: project and face in, every number out. Takes no pixels and no files, and never fails.
 //!
 //! ```text
-//! landmarks ─▶ customise ─▶ still points ─▶ head motion ─▶ marks ─▶ displacement ─▶ F = −K X ─▶ errors
+//! landmarks ─▶ customise ─▶ still points ─▶ head motion ─▶ marks ─▶ displacement ─▶ F = −K X ─▶ errors ─▶ muscles
 //! ```
 
 mod crumpling;
+mod muscles;
 pub mod outcome;
 pub mod peak;
+pub mod samples;
 mod stages;
 #[cfg(test)]
 mod tests;
 
+pub use muscles::MuscleForces;
 pub use outcome::{ForceField, LandmarkFit, Outcome, Smoothing, Warning};
 pub use peak::Peak;
+pub use samples::Samples;
 
 use nalgebra::{Point2, Point3, Vector3};
 
@@ -22,7 +26,7 @@ use crate::displacement::fill_in::Weights;
 use crate::displacement::regularised::Plate;
 use crate::displacement::{UnmarkedRule, VertexState};
 use crate::face::{FaceModel, Skull};
-use crate::forces::{self, Skin, SkinSpec};
+use crate::forces::{self, ErrorModes, Skin, SkinSpec};
 use crate::project::Project;
 use crate::project::document::FieldWay;
 
@@ -127,16 +131,13 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
         kept(&mut workspace.fill, FillInput { first: first.clone(), states, rule: settings.unmarked }, |input| {
             stages::fill(mesh, input)
         });
-    let smooth = match settings.field {
-        FieldWay::Direct => None,
-        FieldWay::Regularised { weight } => {
-            let input = stages::plate_input(project, mesh, &first, &fill.states, &marked);
-            let plate = kept(&mut workspace.plate, input, |input| {
-                Plate::new(mesh, &input.first, &input.vertices, &input.sigma_px, &input.inferred)
-            });
-            plate.as_ref().map(|p| stages::smooth(p, weight, &marked, &fill.states, &first, &camera, &head.motion))
-        }
-    };
+    let smooth = settings.field.weight().and_then(|weight| {
+        let input = stages::plate_input(project, mesh, &first, &fill.states, &marked);
+        let plate = kept(&mut workspace.plate, input, |input| {
+            Plate::new(mesh, &input.first, &input.vertices, &input.sigma_px, &input.inferred)
+        });
+        plate.as_ref().map(|p| stages::smooth(p, weight, &marked, &fill.states, &first, &camera, &head.motion))
+    });
     let (marked, measured) = match &smooth {
         None => (&marked, measured),
         Some(smooth) => (
@@ -161,14 +162,22 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
     let active: Vec<bool> = fill.states.iter().map(|s| s.is_known()).collect();
     let mut field = force_field(face, skin, &first, &displaced, &active);
     let slopes = skin.slopes(&displaced, &active);
+    let mut modes = Vec::new();
+    let by_muscles = matches!(settings.field, FieldWay::Muscles { .. });
     match &smooth {
         None => {
             let influence = stages::influence(project, &camera, &head, &measured, &first, fill);
             forces::standard_errors(&slopes, &influence, &mut field.sigma);
+            if by_muscles {
+                modes = influence.modes();
+            }
         }
         Some(smooth) => {
             let spread = stages::spread(smooth, &camera, &head, &measured, &first);
             forces::standard_errors_of_spread(&slopes, &spread, &mut field.sigma);
+            if by_muscles {
+                modes = spread.modes();
+            }
         }
     }
     let other = stages::place(marked, &camera, &head.motion, mesh, &first, settings.depth.other(), heights);
@@ -192,8 +201,12 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
         last_in_image,
         field,
         smoothing: smooth.map(|s| Smoothing { weighed: s.smoothed.weighed, curve: s.curve, marks: s.marks }),
+        muscles: None,
         warnings,
     };
+    if let FieldWay::Muscles { law, most, .. } = settings.field {
+        muscles::explain(face, &mut outcome, law, most, &slopes, &modes);
+    }
     stages::warn(project, &mut outcome, mesh);
     if let Some(k) = &workspace.customized {
         crumpling::warn(face, &k.from, &k.value, &mut outcome.warnings);

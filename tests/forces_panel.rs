@@ -159,6 +159,7 @@ fn outcome(face: &FaceModel) -> Outcome {
         states,
         border,
         field,
+        muscles: None,
         smoothing: None,
         warnings: vec![Warning::HeadMotionNotRemoved { found: 0, needed: 3 }],
     }

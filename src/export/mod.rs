@@ -93,6 +93,7 @@ pub(crate) fn scene_of_one_triangle() -> (crate::project::Project, crate::face::
             folded: Vec::new(),
         },
         first,
+        muscles: None,
         smoothing: None,
         warnings: Vec::new(),
     };

@@ -353,7 +353,7 @@ pub fn fields_csv(subject: &Subject<'_>) -> String {
         let muscle = along[v].as_ref().map_or("", |at| subject.face.muscles()[at.muscle].id.as_str());
         let _ = write!(text, "{v},{},{}", quoted(muscle), if fields.fitted[v] { "fitted" } else { state.word() });
         let or_nan = |x: Option<f64>| x.unwrap_or(f64::NAN);
-        let sigma = outcome.field.sigma.get(v).copied();
+        let sigma = outcome.measured().1.get(v).copied();
         let row = [fields.observed[v], fields.said[v], fields.left[v], sigma];
         numbers(&mut text, row.into_iter().map(or_nan));
         text.push('\n');

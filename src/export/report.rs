@@ -5,7 +5,8 @@ use serde::Serialize;
 use crate::camera::Scale;
 use crate::displacement::VertexState;
 use crate::face::FaceModel;
-use crate::pipeline::{Outcome, Peak};
+use crate::fit::activations::Activation;
+use crate::pipeline::{MuscleForces, Outcome, Peak};
 use crate::project::{CameraSettings, FaceSource, FramePair, Project, Settings};
 
 /// What the caller knows and the outcome does not.
@@ -51,6 +52,7 @@ struct Report<'a> {
     peak_in_words: String,
     median_force_over_sigma: Option<f64>,
     smoothing: Option<SmoothingReport>,
+    muscles: Option<MusclesReport<'a>>,
     self_check: SelfCheck,
     outside_skin_table: Vec<usize>,
     folded_triangles: Folded<'a>,
@@ -122,6 +124,22 @@ struct PeakReport {
     border: bool,
 }
 
+/// The muscles whose forces the field is.
+#[derive(Serialize)]
+struct MusclesReport<'a> {
+    law: &'static str,
+    share_explained: f64,
+    pulling: Vec<Pulling<'a>>,
+}
+
+#[derive(Serialize)]
+struct Pulling<'a> {
+    muscle: &'a str,
+    strength: f64,
+    low: f64,
+    high: f64,
+}
+
 #[derive(Serialize)]
 struct SelfCheck {
     sum_of_internal_forces: [f64; 3],
@@ -132,6 +150,18 @@ struct SelfCheck {
 struct Folded<'a> {
     first_frame: &'a [u32],
     last_frame: &'a [u32],
+}
+
+fn muscles<'a>(found: &MuscleForces, face: &'a FaceModel) -> MusclesReport<'a> {
+    let one = |(muscle, a): &(usize, Activation)| {
+        let muscle = face.muscles().get(*muscle)?.id.as_str();
+        Some(Pulling { muscle, strength: a.strength_n, low: a.low_n, high: a.high_n })
+    };
+    MusclesReport {
+        law: found.law.name(),
+        share_explained: found.explained,
+        pulling: found.pulling.iter().filter_map(one).collect(),
+    }
 }
 
 /// The text of `report.json`.
@@ -178,6 +208,7 @@ pub fn report(project: &Project, face: &FaceModel, outcome: &Outcome, circumstan
             freedoms: s.weighed.freedoms,
             marks: s.marks,
         }),
+        muscles: outcome.muscles.as_ref().map(|found| muscles(found, face)),
         self_check: self_check(outcome),
         outside_skin_table: places(&outcome.field.outside_table),
         folded_triangles: Folded { first_frame: &outcome.fit.folded, last_frame: &outcome.field.folded },

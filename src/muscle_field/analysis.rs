@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::fibres::{FibreOf, fibres};
 use super::ladder::ROUNDING;
-use super::samples::{Include, Samples};
+use super::{Include, Samples};
 use crate::face::FaceModel;
 use crate::fit::activations::{self, Activations};
 use crate::fit::design::{Design, DesignError};

@@ -6,7 +6,7 @@ use super::analysis::{Analysis, Pull};
 use super::fibres::{FibreAt, fibre_field, fibres};
 use super::profiles::Part;
 use super::replay::pull;
-use super::samples::{Include, Samples};
+use super::{Include, Samples};
 use crate::face::FaceModel;
 use crate::fit::activations::{Activations, activations};
 use crate::fit::design::Design;
@@ -83,7 +83,7 @@ impl<'a> Reading<'a> {
 
     /// What was observed.
     pub(super) fn observed(&self) -> Vec<Option<f64>> {
-        self.values(&|v| self.outcome.field.force.get(v).copied())
+        self.values(&|v| self.outcome.measured().0.get(v).copied())
     }
 
     /// Any force a vertex, at the vertices that are known.
@@ -120,7 +120,7 @@ pub fn fields(outcome: &Outcome, face: &FaceModel, analysis: &Analysis, law: usi
     Fields {
         observed: reading.observed(),
         said: reading.values(&said),
-        left: reading.values(&|v| Some(outcome.field.force.get(v)? - said(v)?)),
+        left: reading.values(&|v| Some(outcome.measured().0.get(v)? - said(v)?)),
         fitted,
     }
 }

@@ -7,8 +7,8 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use super::Samples;
 use super::analysis::{Analysis, Pull, left_out};
-use super::samples::Samples;
 use crate::face::FaceModel;
 use crate::fit::activations;
 use crate::fit::{Compare, HeldOut, LawFit, LawFitOptions, Noise, Patches, Sample, Strengths, fit_law};

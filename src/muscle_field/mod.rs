@@ -13,16 +13,15 @@ pub mod ladder;
 pub mod maps;
 pub mod profiles;
 pub mod replay;
-pub mod samples;
 pub mod section;
 pub mod subjects;
 
+pub use crate::pipeline::samples::{Include, Samples};
 pub use analysis::{Analysis, LawRow, Nothing, Pull, Question};
 pub use fibres::{FibreAt, FibreOf};
 pub use fields::{activation_field, capped_activation_field};
 pub use ladder::{Ladder, Rung};
 pub use replay::{Replay, ReplayError, Simulated};
-pub use samples::{Include, Samples};
 
 #[cfg(test)]
 mod tests;

@@ -163,6 +163,7 @@ fn observed(
     line: &Line,
     shown: &dyn Fn(&Vector3<f64>, &Vector3<f64>) -> f64,
 ) -> Vec<Observed> {
+    let (forces, sigmas) = outcome.measured();
     let mut all: Vec<Observed> = outcome
         .states
         .iter()
@@ -170,9 +171,9 @@ fn observed(
         .filter(|(_, state)| state.is_known())
         .filter_map(|(v, _)| {
             let (at_mm, aside) = line.place(outcome.first.get(v)?);
-            let force = outcome.field.force.get(v).filter(|_| aside.abs() <= line.half_band_mm)?;
+            let force = forces.get(v).filter(|_| aside.abs() <= line.half_band_mm)?;
             let value = shown(force, &mesh.normal_at(&outcome.first, v));
-            let sigma = outcome.field.sigma.get(v).copied().unwrap_or(0.0);
+            let sigma = sigmas.get(v).copied().unwrap_or(0.0);
             let one = Observed { vertex: v as u32, at_mm, value, sigma, believed: outcome.is_believed(v) };
             value.is_finite().then_some(one)
         })

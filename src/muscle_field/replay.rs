@@ -212,7 +212,7 @@ pub(super) fn pull<'a>(
 
 /// The forces of every vertex of which one is known, N, within the skin of the last frame: across it lies what the skull bears.
 fn known_forces(outcome: &Outcome, normals: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-    let all = outcome.field.force.iter().zip(&outcome.states).zip(normals);
+    let all = outcome.measured().0.iter().zip(&outcome.states).zip(normals);
     all.map(|((f, state), n)| if state.is_known() { f - n * n.dot(f) } else { Vector3::zeros() }).collect()
 }
 

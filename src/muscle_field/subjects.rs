@@ -6,10 +6,10 @@ use std::sync::Arc;
 use nalgebra::{Point3, Vector3};
 use serde::Serialize;
 
+use super::Samples;
 use super::analysis::{Analysis, Nothing, left_out};
 use super::fibres::{FibreOf, fibres};
 use super::profiles::{Model, Part, Profile, Way, profile};
-use super::samples::Samples;
 use crate::face::FaceModel;
 use crate::fit::{FailedFit, HeldOut, LawFit, LawFitOptions, Patches, candidates, fit_law};
 use crate::muscle::Fibre;

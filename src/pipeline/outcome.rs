@@ -10,6 +10,8 @@ use crate::displacement::regularised::Weighed;
 use crate::face::FaceModel;
 use crate::project::{PointId, Project};
 
+use super::MuscleForces;
+
 /// The result of the whole chain for one project. Every list over vertices has one item a vertex of the face.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
@@ -37,6 +39,8 @@ pub struct Outcome {
     pub field: ForceField,
     /// How smooth the motion was made; absent where the marks were taken as they are.
     pub smoothing: Option<Smoothing>,
+    /// The muscles whose forces the field is; absent where it is measured.
+    pub muscles: Option<MuscleForces>,
     /// What the user should know, gravest first.
     pub warnings: Vec<Warning>,
 }
@@ -188,6 +192,18 @@ pub enum Warning {
         /// The first of them.
         first: PointId,
     },
+    /// The forces shown are those of muscles, and these say little of what was measured.
+    #[error(
+        "The muscles explain {:.0} % of the measured forces in the skin: read their field as theirs, or take another way to the forces.",
+        100.0 * explained
+    )]
+    MusclesExplainLittle {
+        /// Share explained.
+        explained: f64,
+    },
+    /// No muscle reaches a force that is believed, so the field is the measured one.
+    #[error("No muscle reaches a measured force: the field is the measured one.")]
+    NoMuscle,
     /// The marking error swamps the force.
     #[error(
         "At {sigma_px} px of marking error the median force is {ratio:.1} times its standard error: read the field with its ± only."
@@ -227,6 +243,14 @@ impl ForceField {
 }
 
 impl Outcome {
+    /// The measured forces and their standard errors, N or relative: what muscles are found from, whatever way the field goes.
+    pub fn measured(&self) -> (&[Vector3<f64>], &[f64]) {
+        match &self.muscles {
+            None => (&self.field.force, &self.field.sigma),
+            Some(found) => (&found.measured, &found.measured_sigma),
+        }
+    }
+
     /// The middle between the inner eye corners in the first frame, mm: from there people measure a face. Positions of the chain are
     /// measured from the optical axis instead, as the projection wants them. Absent for a face without those two landmarks.
     pub fn eye_midpoint(&self, face: &FaceModel) -> Option<Point3<f64>> {

@@ -15,12 +15,14 @@ use crate::displacement::{DepthRule, UnmarkedRule, VertexState};
 use crate::face::mesh::{NONE, doubled_area_vector};
 use crate::face::{FaceModel, Mesh, Skull};
 use crate::forces::{Common, Influence, MarkInfluence, SpreadInfluence};
-use crate::project::{Mark, Project, Role, faults};
+use crate::project::{FieldWay, Mark, Project, Role, faults};
 
 /// Landmark ids of the inner eye corners, which set the scale.
 pub(super) const EYE_CORNERS: [&str; 2] = ["eye_inner_left", "eye_inner_right"];
 /// Share of the picture's height that a face fills before anything is known: as wide as portraits are framed.
 const FACE_SHARE: f64 = 0.75;
+/// Muscles that explain less of the measured forces (their squares) are another field more than the same.
+const EXPLAINS: f64 = 0.5;
 
 /// The camera with its scale: measured, or assumed from the eye corners, from the landmarks placed so far, or from the picture's height;
 /// and whether it was measured.
@@ -479,6 +481,13 @@ pub(super) fn warn(project: &Project, outcome: &mut Outcome, mesh: &Mesh) {
         && project.settings.marking_sigma_px > 0.0
     {
         found.push(Warning::NoisyField { sigma_px: project.settings.marking_sigma_px, ratio });
+    }
+    if matches!(project.settings.field, FieldWay::Muscles { .. }) && marks > 0 {
+        match &outcome.muscles {
+            None => found.push(Warning::NoMuscle),
+            Some(m) if m.explained < EXPLAINS => found.push(Warning::MusclesExplainLittle { explained: m.explained }),
+            Some(_) => {}
+        }
     }
     outcome.warnings.splice(0..0, found);
 }

@@ -9,6 +9,7 @@ use crate::customize::CustomizeSettings;
 use crate::displacement::regularised::WeightRule;
 use crate::displacement::{DepthRule, UnmarkedRule};
 use crate::forces::{SkinModel, SkinSpec, SpringRule};
+use crate::muscle::LawKind;
 use crate::skin::StressStrainCurve;
 
 /// A pair of frames, the marks on them and the settings of the chain. Small, holds no pixels; changed by `Edit` alone.
@@ -194,11 +195,26 @@ pub enum FieldWay {
         #[serde(default)]
         weight: WeightRule,
     },
+    /// The forces of the muscles that explain those of the regularised way best.
+    Muscles {
+        /// How smooth the motion of the skin is.
+        #[serde(default)]
+        weight: WeightRule,
+        /// How a muscle pulls on the skin around its fibre.
+        law: LawKind,
+        /// At most so many muscles, the smallest set that explains the forces; all that pull where absent.
+        #[serde(default)]
+        most: Option<u8>,
+    },
 }
 
 impl FieldWay {
     /// All, each with its own defaults, the thesis's first.
-    pub const ALL: [Self; 2] = [Self::Direct, Self::Regularised { weight: WeightRule::Discrepancy }];
+    pub const ALL: [Self; 3] = [
+        Self::Direct,
+        Self::Regularised { weight: WeightRule::Discrepancy },
+        Self::Muscles { weight: WeightRule::Discrepancy, law: LawKind::Anatomical, most: None },
+    ];
 
     /// Whether it is the thesis's.
     pub fn is_direct(&self) -> bool {
@@ -210,6 +226,7 @@ impl FieldWay {
         match self {
             Self::Direct => "direct",
             Self::Regularised { .. } => "regularised",
+            Self::Muscles { .. } => "muscles",
         }
     }
 
@@ -218,6 +235,25 @@ impl FieldWay {
         match self {
             Self::Direct => "Direct",
             Self::Regularised { .. } => "Regularised",
+            Self::Muscles { .. } => "Muscles",
+        }
+    }
+
+    /// How smooth it makes the motion of the skin; absent where it does not.
+    pub fn weight(self) -> Option<WeightRule> {
+        match self {
+            Self::Direct => None,
+            Self::Regularised { weight } | Self::Muscles { weight, .. } => Some(weight),
+        }
+    }
+
+    /// The same way with another smoothness, where it has one.
+    #[must_use]
+    pub fn with_weight(self, weight: WeightRule) -> Self {
+        match self {
+            Self::Direct => Self::Direct,
+            Self::Regularised { .. } => Self::Regularised { weight },
+            Self::Muscles { law, most, .. } => Self::Muscles { weight, law, most },
         }
     }
 
@@ -229,6 +265,9 @@ impl FieldWay {
             }
             Self::Regularised { .. } => {
                 "F = −K X at the smoothest motion of the skin that the marks allow within their stated error"
+            }
+            Self::Muscles { .. } => {
+                "The forces of the muscles that explain the regularised ones best: the nearest by far where muscles of this law made them, and wrong where they did not"
             }
         }
     }

@@ -4,6 +4,7 @@ use super::table::pairs;
 use crate::displacement::regularised::WeightRule;
 use crate::displacement::{DepthRule, UnmarkedRule};
 use crate::forces::{SkinModel, SpringRule};
+use crate::muscle::LawKind;
 use crate::project::{FieldWay, Settings};
 
 /// A project's choices with a method of a study in place.
@@ -18,7 +19,7 @@ pub struct Applied {
 /// The choices of the chain that a method and its setting stand for; none where they are no choice of a project, as an integrator is none.
 ///
 /// A choice is told by the method's name or by a pair of its setting: `depth`, `springs`, `skin`, `unmarked`. A project is solved on its own mesh: what runs
-/// on a finer one cannot be applied. Muscles are fitted to the smoothed field, so of them that field is the choice.
+/// on a finer one cannot be applied.
 pub fn applied(method: &str, setting: &str, now: &Settings) -> Option<Applied> {
     if pairs(setting).contains(&("mesh", "finer")) {
         return None;
@@ -54,19 +55,13 @@ pub fn applied(method: &str, setting: &str, now: &Settings) -> Option<Applied> {
             changes.push((what, old, new));
         }
     }
-    let mut words = if changes.is_empty() {
+    let words = if changes.is_empty() {
         "The project is solved so already.".to_owned()
     } else {
         changes.iter().map(|(what, old, new)| format!("{what}: {new} (now {old}).")).collect::<Vec<_>>().join(" ")
     };
-    if method.starts_with(MUSCLES) {
-        words.push_str(" The muscles are fitted to this field in the Muscles workspace.");
-    }
     known.then_some(Applied { settings, words })
 }
-
-/// How the names of ways begin that fit muscles to a field.
-const MUSCLES: &str = "Muscles, ";
 
 enum Choice {
     Depth(DepthRule),
@@ -86,13 +81,21 @@ fn choices(method: &str, setting: &str) -> Vec<Choice> {
         "Slide on surface" => Some(Choice::Depth(DepthRule::SlideOnSurface)),
         "Held at rest" => Some(Choice::Unmarked(UnmarkedRule::Held)),
         "Direct" => Some(Choice::Field(FieldWay::Direct)),
-        muscles if muscles.starts_with(MUSCLES) => {
-            Some(Choice::Field(FieldWay::Regularised { weight: WeightRule::Discrepancy }))
-        }
         other => other.strip_prefix("Inferred within").and_then(within).or_else(|| {
-            let word = other.strip_prefix("Regularised, ")?;
-            let weight = WeightRule::ALL.into_iter().find(|w| w.label().to_lowercase() == word)?;
-            Some(Choice::Field(FieldWay::Regularised { weight }))
+            if let Some(word) = other.strip_prefix("Regularised, ") {
+                let weight = WeightRule::ALL.into_iter().find(|w| w.label().to_lowercase() == word)?;
+                return Some(Choice::Field(FieldWay::Regularised { weight }));
+            }
+            let word = other.strip_prefix("Muscles, ")?;
+            let named = LawKind::ALL.into_iter().find(|l| l.label() == word);
+            let most = match word {
+                "all" => None,
+                "smallest set" => Some(u8::MAX),
+                _ if named.is_some() => None,
+                _ => Some(word.strip_prefix("at most ")?.parse().ok()?),
+            };
+            let law = named.unwrap_or(LawKind::Anatomical);
+            Some(Choice::Field(FieldWay::Muscles { weight: WeightRule::default(), law, most }))
         }),
     };
     let by_pair = |(name, value): (&str, &str)| match (name, value) {
@@ -143,6 +146,14 @@ fn field_words(way: FieldWay) -> String {
     match way {
         FieldWay::Direct => format!("{label}, as the thesis"),
         FieldWay::Regularised { weight } => format!("{label}, weight by {}", weight.label().to_lowercase()),
+        FieldWay::Muscles { law, most, .. } => {
+            let most = match most {
+                None => String::new(),
+                Some(u8::MAX) => ", the fewest that explain the forces".to_owned(),
+                Some(n) => format!(", at most {n}"),
+            };
+            format!("{label}, {}{most}", law.label())
+        }
     }
 }
 
@@ -174,9 +185,16 @@ mod tests {
         assert_eq!(smooth.words, "Way to the forces: regularised, weight by evidence (now direct, as the thesis).");
         assert_eq!(applied("Direct", "rules=as the scene", &smooth.settings).unwrap().settings.field, FieldWay::Direct);
         let muscles = applied("Muscles, at most 2", "depth=height; mesh=own", &now).unwrap();
-        assert_eq!(muscles.settings.field, FieldWay::Regularised { weight: WeightRule::Discrepancy });
+        let law = LawKind::Anatomical;
+        assert_eq!(muscles.settings.field, FieldWay::Muscles { weight: WeightRule::Discrepancy, law, most: Some(2) });
         assert_eq!(muscles.settings.depth, DepthRule::KeepHeight);
-        assert!(muscles.words.ends_with("The muscles are fitted to this field in the Muscles workspace."));
+        assert!(muscles.words.ends_with("muscles, Anatomical, at most 2 (now direct, as the thesis)."));
+        let named = |name: &str| applied(name, "rules=as the scene", &now).unwrap().settings.field;
+        let of = |law, most| FieldWay::Muscles { weight: WeightRule::Discrepancy, law, most };
+        assert_eq!(named("Muscles, all"), of(law, None));
+        assert_eq!(named("Muscles, smallest set"), of(law, Some(u8::MAX)));
+        assert_eq!(named("Muscles, Waters sheet"), of(LawKind::WatersSheet, None));
+        assert_eq!(applied("Muscles, of nobody", "rules=as the scene", &now), None);
         assert_eq!(applied("Direct", "depth=height; mesh=finer", &now), None);
         assert_eq!(applied("Implicit Euler", "step_ms=1; stiffness=1", &now), None);
         assert_eq!(applied("Inferred within −3 mm", "", &now), None);

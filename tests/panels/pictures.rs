@@ -105,6 +105,15 @@ const VIEWS: &[View] = &[
     }),
     ("results", [760.0, 620.0], true, |w| w.state_mut().view_mut().frames.side = SideTab::Results),
     ("settings", [760.0, 900.0], true, |w| w.state_mut().view_mut().frames.side = SideTab::Settings),
+    ("field_of_muscles", [760.0, 1300.0], true, |w| {
+        let mut settings = w.state().project().settings.clone();
+        let weight = frontalis::displacement::regularised::WeightRule::Discrepancy;
+        let law = frontalis::muscle::LawKind::Anatomical;
+        settings.field = frontalis::project::FieldWay::Muscles { weight, law, most: None };
+        settings.skin_model = frontalis::forces::SkinModel::Membrane;
+        w.state_mut().push(frontalis::gui::Command::Edit(frontalis::project::Edit::SetSettings(settings)));
+        w.state_mut().view_mut().frames.side = SideTab::Settings;
+    }),
     ("history", [760.0, 480.0], true, |w| {
         w.state_mut().push(frontalis::gui::Command::Do(frontalis::gui::Action::ClearLast));
         w.state_mut().view_mut().frames.side = SideTab::History;

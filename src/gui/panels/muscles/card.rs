@@ -69,8 +69,8 @@ fn vertex(ui: &mut Ui, shown: &Shown<'_>, layers: &Layers, v: u32) {
     let (outcome, unit) = (shown.scene.outcome, shown.unit);
     ui.strong(format!("Vertex {v}"));
     let known = outcome.states.get(v as usize).is_some_and(|s| s.is_known());
-    if let (true, Some(force)) = (known, outcome.field.force.get(v as usize)) {
-        let sigma = outcome.field.sigma.get(v as usize).copied();
+    if let (true, Some(force)) = (known, outcome.measured().0.get(v as usize)) {
+        let sigma = outcome.measured().1.get(v as usize).copied();
         ui.label(format!("{} {unit} observed", with_error(force.norm(), sigma)));
     } else {
         ui.weak("not measured");

@@ -5,9 +5,12 @@ use egui::{RichText, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2, vec2};
 use super::rules;
 use crate::displacement::regularised::{FEWEST_MARKS, MOST_MARKS, Weighed, WeightRule};
 use crate::gui::{Command, Scene};
+use crate::muscle::LawKind;
 use crate::pipeline::Smoothing;
 use crate::project::FieldWay;
 
+/// As many muscles as the generic face has: the smallest set is never cut short by it.
+const MOST_MUSCLES: u8 = 18;
 /// Height of the L-curve, points.
 const HEIGHT: f32 = 120.0;
 /// Decades that the curve shows, and those of them above its largest value.
@@ -23,11 +26,32 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
             s.field = way;
         }
     });
-    let FieldWay::Regularised { weight } = settings.field else { return };
+    let Some(weight) = settings.field.weight() else { return };
+    if let FieldWay::Muscles { weight, law, most } = settings.field {
+        ui.add_space(4.0);
+        ui.label("How a muscle pulls");
+        let laws = LawKind::ALL
+            .map(|law| (law, law.label(), "The law by which a muscle's force spreads over the skin about its fibre"));
+        rules(ui, settings, law, &laws, commands, |s, law| s.field = FieldWay::Muscles { weight, law, most });
+        ui.label("How many muscles");
+        let numbers = [
+            (false, "All that pull", "Every muscle gets the strength that explains the forces best, none below zero."),
+            (
+                true,
+                "The fewest that explain the forces",
+                "A muscle is added only while it earns its place, by an information criterion and by the error on skin left out.",
+            ),
+        ];
+        rules(ui, settings, most.is_some(), &numbers, commands, |s, few| {
+            s.field = FieldWay::Muscles { weight, law, most: few.then_some(MOST_MUSCLES) };
+        });
+        ui.add_space(4.0);
+        found(ui, scene);
+    }
     ui.add_space(4.0);
     ui.label("How smooth");
     let weights = WeightRule::ALL.map(|w| (w, w.label(), hint(w)));
-    rules(ui, settings, weight, &weights, commands, |s, weight| s.field = FieldWay::Regularised { weight });
+    rules(ui, settings, weight, &weights, commands, |s, weight| s.field = s.field.with_weight(weight));
     ui.add_space(4.0);
     if let Some(smoothing) = &scene.outcome.smoothing {
         said(ui, smoothing);
@@ -53,6 +77,25 @@ fn hint(rule: WeightRule) -> &'static str {
             "The smoothness that foretells a left out mark best. Asks for no stated error; now and then takes noise for motion"
         }
     }
+}
+
+/// Which muscles stand for the measured forces, and how much of them.
+fn found(ui: &mut Ui, scene: Scene<'_>) {
+    let Some(muscles) = &scene.outcome.muscles else {
+        ui.label(RichText::new("No muscle reaches a measured force, so the field is the measured one.").weak());
+        return;
+    };
+    let strongest = muscles.pulling.iter().max_by(|a, b| a.1.strength_n.total_cmp(&b.1.strength_n));
+    let named = strongest
+        .and_then(|(m, _)| scene.face.muscles().get(*m))
+        .map_or(String::new(), |m| format!(", most of all the {}", crate::muscle_field::fibres::muscle_name(m)));
+    let text = format!(
+        "{} of {} muscles pull{named}. They explain {:.0} % of the measured forces in the skin.",
+        muscles.pulling.len(),
+        muscles.among,
+        100.0 * muscles.explained
+    );
+    ui.label(RichText::new(text).weak());
 }
 
 fn said(ui: &mut Ui, smoothing: &Smoothing) {

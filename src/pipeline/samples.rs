@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Outcome;
 use crate::displacement::VertexState;
 use crate::face::FaceModel;
 use crate::fit::Sample;
-use crate::pipeline::Outcome;
 
 /// Which vertices a fit uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -67,16 +67,15 @@ impl Samples {
     /// Those of an outcome. Forces that are no numbers are left out.
     pub fn of(outcome: &Outcome, face: &FaceModel, include: Include) -> Self {
         let normals = face.mesh().vertex_normals(&outcome.first);
-        let field = &outcome.field;
+        let (forces, sigmas) = outcome.measured();
         let mut all = Self::default();
         for v in (0..outcome.states.len()).filter(|&v| include.takes(outcome, v)) {
-            let (Some(position), Some(force), Some(normal)) =
-                (outcome.first.get(v), field.force.get(v), normals.get(v))
+            let (Some(position), Some(force), Some(normal)) = (outcome.first.get(v), forces.get(v), normals.get(v))
             else {
                 continue;
             };
             if force.iter().all(|c| c.is_finite()) {
-                let sigma = field.sigma.get(v).copied().unwrap_or(0.0);
+                let sigma = sigmas.get(v).copied().unwrap_or(0.0);
                 all.vertices.push(v as u32);
                 all.samples.push(Sample { position: *position, force: *force, sigma, normal: *normal });
             }

@@ -1,0 +1,299 @@
+//! The muscle-based way to the forces: those of the muscles that explain the measured ones best.
+
+use nalgebra::{DMatrix, Point3, Vector3};
+
+use super::{Outcome, Samples};
+use crate::face::FaceModel;
+use crate::fit::activations::{Activation, Standing, activations};
+use crate::fit::design::Design;
+use crate::fit::selection::{SelectionSettings, smallest_set};
+use crate::fit::{Compare, Noise};
+use crate::forces::error_modes::Mode;
+use crate::forces::{self, ForceSlopes};
+use crate::muscle::{Fibre, FibreOf, LawKind, MuscleLaw, fibres};
+use crate::pipeline::samples::Include;
+
+/// The muscles that stand for the measured forces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MuscleForces {
+    /// How each pulls.
+    pub law: LawKind,
+    /// Those that pull, by their index in [`FaceModel::muscles`].
+    pub pulling: Vec<(usize, Activation)>,
+    /// Muscles among which they were chosen.
+    pub among: usize,
+    /// Share of the measured forces' part in the skin (its squares) that they explain.
+    pub explained: f64,
+    /// The measured force on every vertex, N, which fits and profiles of muscles go on being made from.
+    pub measured: Vec<Vector3<f64>>,
+    /// Its standard error, N.
+    pub measured_sigma: Vec<f64>,
+}
+
+/// Puts the forces of muscles in the place of the measured ones: within the skin of the first frame Σ s_m f_m with the strengths s ≥ 0
+/// that explain the believed forces best, of all muscles or of the smallest set of at most `most`; across it, where the skull bears what
+/// no muscle does, what was measured.
+///
+/// Standard errors are those of the positions, as independent ways to err ([`Mode`]), carried through the forces and the least squares of
+/// the muscles that pull, and times the root of the misfit where that is above 1 (Birge 1932): what the law does not explain counts as
+/// error of the strengths. Nothing is changed where no muscle reaches a believed force.
+pub(super) fn explain(
+    face: &FaceModel,
+    outcome: &mut Outcome,
+    law: LawKind,
+    most: Option<u8>,
+    slopes: &ForceSlopes<'_>,
+    modes: &[Mode],
+) {
+    let samples = Samples::of(outcome, face, Include::Believed);
+    let all = fibres(face, &outcome.first).0;
+    let lines: Vec<Fibre> = all.iter().map(|of| of.fibre.clone()).collect();
+    let shape = MuscleLaw::default_of(law);
+    let Ok(design) = Design::of(&shape, &lines, &samples.samples, Compare::Tangential) else { return };
+    let found = match most {
+        None => activations(&design, None, Noise::Estimated),
+        Some(most) => {
+            let positions: Vec<Point3<f64>> = samples.samples.iter().map(|s| s.position).collect();
+            let settings = SelectionSettings { most: most.into(), ..SelectionSettings::default() };
+            smallest_set(&design, &positions, &settings).activations
+        }
+    };
+    let active: Vec<(&FibreOf, Activation)> =
+        all.iter().zip(&found.muscles).filter(|(_, m)| m.standing == Standing::Active).map(|(f, m)| (f, *m)).collect();
+    if active.is_empty() {
+        return;
+    }
+    let normals = face.mesh().vertex_normals(&outcome.first);
+    let known: Vec<bool> = outcome.states.iter().map(|s| s.is_known()).collect();
+    // What each muscle does to every known vertex within the skin, a newton of strength.
+    let columns: Vec<Vec<Vector3<f64>>> = active
+        .iter()
+        .map(|(of, _)| {
+            let at = |(v, x): (usize, &Point3<f64>)| {
+                let f = if known[v] { shape.force(&of.fibre, x) } else { Vector3::zeros() };
+                f - normals[v] * normals[v].dot(&f)
+            };
+            outcome.first.iter().enumerate().map(at).collect()
+        })
+        .collect();
+    let field = &mut outcome.field;
+    let strengths: Vec<f64> = active.iter().map(|(_, m)| m.strength_n).collect();
+    let force: Vec<Vector3<f64>> = (0..field.force.len())
+        .map(|v| {
+            let within: Vector3<f64> = columns.iter().zip(&strengths).map(|(c, s)| c[v] * *s).sum();
+            within + normals[v] * normals[v].dot(&field.force[v])
+        })
+        .collect();
+    let weigh = samples.samples.iter().all(|s| s.sigma > 0.0 && s.sigma.is_finite());
+    let weights: Vec<(usize, f64)> = samples
+        .vertices
+        .iter()
+        .zip(&samples.samples)
+        .map(|(v, s)| (*v as usize, if weigh { s.sigma.powi(-2) } else { 1.0 }))
+        .collect();
+    let sigma = Errors { columns: &columns, normals: &normals, known: &known, slopes }.carried(
+        &weights,
+        modes,
+        if weigh { found.misfit.max(1.0) } else { 1.0 },
+    );
+    let (in_surface, normal) = forces::split(&force, &normals);
+    field.tangential = in_surface.iter().map(Vector3::norm).collect();
+    field.normal = normal;
+    let measured = std::mem::replace(&mut field.force, force);
+    let measured_sigma = match sigma {
+        Some(sigma) => std::mem::replace(&mut field.sigma, sigma),
+        None => field.sigma.clone(),
+    };
+    outcome.muscles = Some(MuscleForces {
+        law,
+        pulling: active.into_iter().map(|(of, m)| (of.muscle, m)).collect(),
+        among: all.len(),
+        explained: found.r_squared,
+        measured,
+        measured_sigma,
+    });
+}
+
+struct Errors<'a> {
+    columns: &'a [Vec<Vector3<f64>>],
+    normals: &'a [Vector3<f64>],
+    known: &'a [bool],
+    slopes: &'a ForceSlopes<'a>,
+}
+
+impl Errors<'_> {
+    /// Standard error of the muscles' force on every vertex, N; none where their columns cannot be told apart.
+    ///
+    /// A change δF of the measured forces changes the strengths by δs = G⁻¹ Σ_i w_i a_i·δF_i, G = Σ_i w_i a_i·a_iᵀ over the samples, and
+    /// δF_i = Σ_j B_ij (δx_i − δx_j). So δs = Σ_j T_j·δx_j with T worked out once for all ways to err.
+    fn carried(&self, weights: &[(usize, f64)], modes: &[Mode], misfit: f64) -> Option<Vec<f64>> {
+        let (n, k) = (self.normals.len(), self.columns.len());
+        let mut gram = DMatrix::<f64>::zeros(k, k);
+        for &(v, w) in weights {
+            for (a, left) in self.columns.iter().enumerate() {
+                for (b, right) in self.columns.iter().enumerate() {
+                    gram[(a, b)] += w * left[v].dot(&right[v]);
+                }
+            }
+        }
+        let inverse = gram.cholesky()?.inverse();
+        let mut follows = vec![vec![Vector3::zeros(); n]; k];
+        for &(i, w) in weights {
+            for (m, row) in follows.iter_mut().enumerate() {
+                let pull: Vector3<f64> =
+                    self.columns.iter().enumerate().map(|(b, c)| c[i] * (w * inverse[(m, b)])).sum();
+                for (j, block) in self.slopes.at(i) {
+                    let part = block.transpose() * pull;
+                    row[i] += part;
+                    row[j] -= part;
+                }
+            }
+        }
+        // n·δF = Σ_j (Bᵀ n)·(δx_i − δx_j), with the blocks of every known vertex in one list.
+        let across: Vec<Vec<(usize, Vector3<f64>)>> = (0..n)
+            .map(|i| {
+                let normal = self.normals[i];
+                let at = self.slopes.at(i).map(|(j, b)| (j, b.transpose() * normal));
+                if self.known[i] { at.collect() } else { Vec::new() }
+            })
+            .collect();
+        let mut within = vec![0.0; n];
+        let mut upright = vec![0.0; n];
+        let mut shift = vec![Vector3::zeros(); n];
+        for mode in modes {
+            for (v, d) in mode {
+                shift[*v as usize] += d;
+            }
+            let strengths: Vec<f64> =
+                follows.iter().map(|row| mode.iter().map(|(v, d)| row[*v as usize].dot(d)).sum()).collect();
+            for v in (0..n).filter(|v| self.known[*v]) {
+                let change: Vector3<f64> = self.columns.iter().zip(&strengths).map(|(c, s)| c[v] * *s).sum();
+                within[v] += change.norm_squared();
+                let out: f64 = across[v].iter().map(|(j, b)| b.dot(&(shift[v] - shift[*j]))).sum();
+                upright[v] += out * out;
+            }
+            for (v, _) in mode {
+                shift[*v as usize] = Vector3::zeros();
+            }
+        }
+        Some(within.iter().zip(&upright).map(|(a, b)| (misfit * a + b).sqrt()).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::displacement::VertexState;
+    use crate::face::{self, patches::Noise as Draws};
+    use crate::forces::{Skin, SkinSpec};
+    use crate::pipeline::{self, ForceField, Workspace};
+    use crate::project::{Project, Settings};
+
+    /// The generic face, all of it measured, with the forces that some muscles of the anatomical law make (index, N), and something upright.
+    fn pulled(strengths: &[(usize, f64)]) -> (std::sync::Arc<FaceModel>, Outcome, Vec<Vector3<f64>>) {
+        let face = face::generic();
+        let mut outcome = pipeline::solve(&Project::default(), &face, [1036, 1036], &mut Workspace::default());
+        let normals = face.mesh().vertex_normals(&outcome.first);
+        let law = MuscleLaw::default_of(LawKind::Anatomical);
+        let all = fibres(&face, &outcome.first).0;
+        let force: Vec<Vector3<f64>> = (0..outcome.first.len())
+            .map(|v| {
+                let x = &outcome.first[v];
+                let f: Vector3<f64> = strengths.iter().map(|(m, s)| law.force(&all[*m].fibre, x) * *s).sum();
+                f - normals[v] * normals[v].dot(&f) + normals[v] * 0.01 * (v % 7) as f64
+            })
+            .collect();
+        let n = force.len();
+        outcome.states = vec![VertexState::Measured; n];
+        outcome.border = vec![false; n];
+        outcome.field = ForceField {
+            force: force.clone(),
+            sigma: vec![0.01; n],
+            outside_table: vec![false; n],
+            ..ForceField::default()
+        };
+        (face, outcome, force)
+    }
+
+    fn skin(face: &FaceModel, at: &[Point3<f64>]) -> Skin {
+        let spec: SkinSpec = Settings::default().skin_spec();
+        Skin::new(face.mesh(), at, &spec)
+    }
+
+    #[test]
+    fn what_muscles_made_is_found_again_and_the_measured_forces_are_kept() {
+        let (face, mut outcome, force) = pulled(&[(0, 0.4), (5, 0.7)]);
+        let skin = skin(&face, &outcome.first);
+        let first = outcome.first.clone();
+        for most in [None, Some(18)] {
+            outcome.field.force.clone_from(&force);
+            explain(&face, &mut outcome, LawKind::Anatomical, most, &skin.slopes(&first, &vec![true; 612]), &[]);
+            let found = outcome.muscles.as_ref().unwrap();
+            let ids: Vec<usize> = found.pulling.iter().map(|(m, _)| *m).collect();
+            assert!(ids.contains(&0) && ids.contains(&5) && (found.explained - 1.0).abs() < 1e-9, "{ids:?}");
+            let of = |m: usize| found.pulling.iter().find(|(i, _)| *i == m).unwrap().1.strength_n;
+            assert!((of(0) - 0.4).abs() < 1e-6 && (of(5) - 0.7).abs() < 1e-6);
+            let off = |(a, b): (&Vector3<f64>, &Vector3<f64>)| (a - b).norm();
+            assert!(outcome.field.force.iter().zip(&force).map(off).fold(0.0, f64::max) < 1e-6);
+            assert!(outcome.measured().0 == force, "what was measured is kept");
+        }
+        // The wrong law says less, and the field is that law's: not the measured one.
+        outcome.field.force.clone_from(&force);
+        explain(&face, &mut outcome, LawKind::Koch, None, &skin.slopes(&first, &vec![true; 612]), &[]);
+        assert!(outcome.muscles.as_ref().unwrap().explained < 0.98);
+        assert!(outcome.field.force != force);
+    }
+
+    /// Positions err in ways of their own; in the mean over 300 draws the muscles' forces err by what is stated.
+    #[test]
+    fn standard_errors_are_what_draws_of_the_positions_give() {
+        let (face, outcome, force) = pulled(&[(0, 0.4), (5, 0.7)]);
+        let n = force.len();
+        let first = outcome.first.clone();
+        let skin = skin(&face, &first);
+        let slopes = skin.slopes(&first, &vec![true; n]);
+        let mut draws = Draws(7);
+        let modes: Vec<Mode> = (0..80)
+            .map(|_| {
+                let v = (draws.uniform().abs() * n as f64) as usize % n;
+                let d = Vector3::new(draws.normal(), draws.normal(), draws.normal()) * 1e-3;
+                let beside = face.mesh().neighbours(v).iter().map(|j| (*j, d * 0.5));
+                std::iter::once((v as u32, d)).chain(beside).collect()
+            })
+            .collect();
+        let mut stated = Vec::new();
+        let mut squares = vec![0.0; n];
+        const DRAWS: usize = 300;
+        for _ in 0..DRAWS {
+            let mut shift = vec![Vector3::zeros(); n];
+            for mode in &modes {
+                let z = draws.normal();
+                mode.iter().for_each(|(v, d)| shift[*v as usize] += d * z);
+            }
+            let mut drawn = outcome.clone();
+            for (i, f) in drawn.field.force.iter_mut().enumerate() {
+                *f += slopes.at(i).map(|(j, b)| b * (shift[i] - shift[j])).sum::<Vector3<f64>>();
+            }
+            explain(&face, &mut drawn, LawKind::Anatomical, None, &slopes, &modes);
+            for (s, (a, b)) in squares.iter_mut().zip(drawn.field.force.iter().zip(&force)) {
+                *s += (a - b).norm_squared();
+            }
+            if stated.is_empty() {
+                stated = drawn.field.sigma.clone();
+            }
+        }
+        let drawn: f64 = squares.iter().sum::<f64>() / DRAWS as f64;
+        let said: f64 = stated.iter().map(|s| s * s).sum();
+        assert!((0.85..1.15).contains(&(drawn / said)), "{drawn} {said}");
+    }
+
+    #[test]
+    fn without_a_believed_force_nothing_is_changed() {
+        let (face, mut outcome, force) = pulled(&[(0, 0.4)]);
+        outcome.states = vec![VertexState::Unmeasured; force.len()];
+        let first = outcome.first.clone();
+        let skin = skin(&face, &first);
+        explain(&face, &mut outcome, LawKind::Anatomical, None, &skin.slopes(&first, &vec![false; 612]), &[]);
+        assert!(outcome.muscles.is_none() && outcome.field.force == force);
+    }
+}
