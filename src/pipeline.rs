@@ -13,7 +13,7 @@ mod stages;
 #[cfg(test)]
 mod tests;
 
-pub use muscles::MuscleForces;
+pub use muscles::{MuscleForces, Pulling};
 pub use outcome::{ForceField, LandmarkFit, Outcome, Smoothing, Warning};
 pub use peak::Peak;
 pub use samples::Samples;

@@ -5,8 +5,7 @@ use serde::Serialize;
 use crate::camera::Scale;
 use crate::displacement::VertexState;
 use crate::face::FaceModel;
-use crate::fit::activations::Activation;
-use crate::pipeline::{MuscleForces, Outcome, Peak};
+use crate::pipeline::{self, MuscleForces, Outcome, Peak};
 use crate::project::{CameraSettings, FaceSource, FramePair, Project, Settings};
 
 /// What the caller knows and the outcome does not.
@@ -138,6 +137,7 @@ struct Pulling<'a> {
     strength: f64,
     low: f64,
     high: f64,
+    felt_rms: f64,
 }
 
 #[derive(Serialize)]
@@ -153,9 +153,9 @@ struct Folded<'a> {
 }
 
 fn muscles<'a>(found: &MuscleForces, face: &'a FaceModel) -> MusclesReport<'a> {
-    let one = |(muscle, a): &(usize, Activation)| {
-        let muscle = face.muscles().get(*muscle)?.id.as_str();
-        Some(Pulling { muscle, strength: a.strength_n, low: a.low_n, high: a.high_n })
+    let one = |p: &pipeline::Pulling| {
+        let (muscle, a) = (face.muscles().get(p.muscle)?.id.as_str(), &p.strength);
+        Some(Pulling { muscle, strength: a.strength_n, low: a.low_n, high: a.high_n, felt_rms: p.felt_n })
     };
     MusclesReport {
         law: found.law.name(),

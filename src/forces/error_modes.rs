@@ -105,7 +105,9 @@ mod tests {
             let mut variance = vec![0.0; n];
             for mode in modes {
                 let mut shift = vec![Vector3::zeros(); n];
-                mode.iter().for_each(|(v, d)| shift[*v as usize] += d);
+                for (v, d) in &mode {
+                    shift[*v as usize] += d;
+                }
                 for (i, variance) in variance.iter_mut().enumerate() {
                     let change: Vector3<f64> = slopes.at(i).map(|(j, b)| b * (shift[i] - shift[j])).sum();
                     *variance += change.norm_squared();

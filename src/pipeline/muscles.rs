@@ -18,8 +18,8 @@ use crate::pipeline::samples::Include;
 pub struct MuscleForces {
     /// How each pulls.
     pub law: LawKind,
-    /// Those that pull, by their index in [`FaceModel::muscles`].
-    pub pulling: Vec<(usize, Activation)>,
+    /// Those that pull.
+    pub pulling: Vec<Pulling>,
     /// Muscles among which they were chosen.
     pub among: usize,
     /// Share of the measured forces' part in the skin (its squares) that they explain.
@@ -28,6 +28,17 @@ pub struct MuscleForces {
     pub measured: Vec<Vector3<f64>>,
     /// Its standard error, N.
     pub measured_sigma: Vec<f64>,
+}
+
+/// A muscle that pulls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pulling {
+    /// Index in [`FaceModel::muscles`].
+    pub muscle: usize,
+    /// Its strength.
+    pub strength: Activation,
+    /// Root mean square of the force that it puts on the believed vertices, N: a muscle beside the marked skin may be strong and do little.
+    pub felt_n: f64,
 }
 
 /// Puts the forces of muscles in the place of the measured ones: within the skin of the first frame Σ s_m f_m with the strengths s ≥ 0
@@ -96,6 +107,16 @@ pub(super) fn explain(
         modes,
         if weigh { found.misfit.max(1.0) } else { 1.0 },
     );
+    let felt = |column: &[Vector3<f64>]| {
+        let squares: f64 = weights.iter().map(|(v, _)| column[*v].norm_squared()).sum();
+        (squares / weights.len().max(1) as f64).sqrt()
+    };
+    let pulling = active.iter().zip(&columns).map(|((of, m), column)| Pulling {
+        muscle: of.muscle,
+        strength: *m,
+        felt_n: m.strength_n * felt(column),
+    });
+    let pulling = pulling.collect();
     let (in_surface, normal) = forces::split(&force, &normals);
     field.tangential = in_surface.iter().map(Vector3::norm).collect();
     field.normal = normal;
@@ -104,14 +125,8 @@ pub(super) fn explain(
         Some(sigma) => std::mem::replace(&mut field.sigma, sigma),
         None => field.sigma.clone(),
     };
-    outcome.muscles = Some(MuscleForces {
-        law,
-        pulling: active.into_iter().map(|(of, m)| (of.muscle, m)).collect(),
-        among: all.len(),
-        explained: found.r_squared,
-        measured,
-        measured_sigma,
-    });
+    outcome.muscles =
+        Some(MuscleForces { law, pulling, among: all.len(), explained: found.r_squared, measured, measured_sigma });
 }
 
 struct Errors<'a> {
@@ -229,9 +244,9 @@ mod tests {
             outcome.field.force.clone_from(&force);
             explain(&face, &mut outcome, LawKind::Anatomical, most, &skin.slopes(&first, &vec![true; 612]), &[]);
             let found = outcome.muscles.as_ref().unwrap();
-            let ids: Vec<usize> = found.pulling.iter().map(|(m, _)| *m).collect();
+            let ids: Vec<usize> = found.pulling.iter().map(|p| p.muscle).collect();
             assert!(ids.contains(&0) && ids.contains(&5) && (found.explained - 1.0).abs() < 1e-9, "{ids:?}");
-            let of = |m: usize| found.pulling.iter().find(|(i, _)| *i == m).unwrap().1.strength_n;
+            let of = |m: usize| found.pulling.iter().find(|p| p.muscle == m).unwrap().strength.strength_n;
             assert!((of(0) - 0.4).abs() < 1e-6 && (of(5) - 0.7).abs() < 1e-6);
             let off = |(a, b): (&Vector3<f64>, &Vector3<f64>)| (a - b).norm();
             assert!(outcome.field.force.iter().zip(&force).map(off).fold(0.0, f64::max) < 1e-6);
@@ -243,6 +258,8 @@ mod tests {
         assert!(outcome.muscles.as_ref().unwrap().explained < 0.98);
         assert!(outcome.field.force != force);
     }
+
+    const DRAWS: usize = 300;
 
     /// Positions err in ways of their own; in the mean over 300 draws the muscles' forces err by what is stated.
     #[test]
@@ -263,12 +280,13 @@ mod tests {
             .collect();
         let mut stated = Vec::new();
         let mut squares = vec![0.0; n];
-        const DRAWS: usize = 300;
         for _ in 0..DRAWS {
             let mut shift = vec![Vector3::zeros(); n];
             for mode in &modes {
                 let z = draws.normal();
-                mode.iter().for_each(|(v, d)| shift[*v as usize] += d * z);
+                for (v, d) in mode {
+                    shift[*v as usize] += d * z;
+                }
             }
             let mut drawn = outcome.clone();
             for (i, f) in drawn.field.force.iter_mut().enumerate() {

@@ -436,9 +436,9 @@ fn the_field_of_muscles_leaves_the_samples_of_fits_as_they_were() {
         let pull: Vector3<f64> = found
             .pulling
             .iter()
-            .map(|(m, a)| {
-                let of = fibres.iter().find(|f| f.muscle == *m).unwrap();
-                law.force(&of.fibre, &by_muscles.first[v]) * a.strength_n
+            .map(|p| {
+                let of = fibres.iter().find(|f| f.muscle == p.muscle).unwrap();
+                law.force(&of.fibre, &by_muscles.first[v]) * p.strength.strength_n
             })
             .sum();
         let lay = |f: Vector3<f64>| f - normals[v] * normals[v].dot(&f);

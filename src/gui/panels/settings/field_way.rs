@@ -85,10 +85,10 @@ fn found(ui: &mut Ui, scene: Scene<'_>) {
         ui.label(RichText::new("No muscle reaches a measured force, so the field is the measured one.").weak());
         return;
     };
-    let strongest = muscles.pulling.iter().max_by(|a, b| a.1.strength_n.total_cmp(&b.1.strength_n));
-    let named = strongest
-        .and_then(|(m, _)| scene.face.muscles().get(*m))
-        .map_or(String::new(), |m| format!(", most of all the {}", crate::muscle_field::fibres::muscle_name(m)));
+    let most = muscles.pulling.iter().max_by(|a, b| a.felt_n.total_cmp(&b.felt_n));
+    let named = most.and_then(|p| scene.face.muscles().get(p.muscle)).map_or(String::new(), |m| {
+        format!("; most of what they do here is by the {}", crate::muscle_field::fibres::muscle_name(m))
+    });
     let text = format!(
         "{} of {} muscles pull{named}. They explain {:.0} % of the measured forces in the skin.",
         muscles.pulling.len(),
