@@ -1,18 +1,12 @@
 //! What was observed, what a law says, and what it leaves, at every vertex: the maps of the muscles.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
-use super::analysis::{Analysis, Pull};
-use super::fibres::{FibreAt, fibre_field, fibres};
+use super::analysis::Analysis;
+use super::fibres::{FibreAt, fibre_field};
 use super::profiles::Part;
-use super::replay::pull;
-use super::{Include, Samples};
 use crate::face::FaceModel;
-use crate::fit::activations::{Activations, activations};
-use crate::fit::design::Design;
-use crate::fit::selection::{SelectionSettings, smallest_set};
-use crate::fit::{Compare, Noise};
-use crate::muscle::{Fibre, MuscleLaw};
+use crate::fit::Compare;
 use crate::pipeline::Outcome;
 
 /// One value a vertex, N or relative; absent where nothing is known, and along the fibres where no muscle runs.
@@ -26,43 +20,6 @@ pub struct Fields {
     pub left: Vec<Option<f64>>,
     /// Whether the law was fitted to the vertex: only those set a range of colours.
     pub fitted: Vec<bool>,
-}
-
-/// The muscle-based way to the field: the force that all muscles with the strengths which explain the outcome's forces best, none negative,
-/// put on every vertex within the skin, and across it what the outcome has, for there the skull bears it. N; none where no strengths are found.
-pub fn activation_field(face: &FaceModel, outcome: &Outcome, law: &MuscleLaw) -> Option<Vec<Vector3<f64>>> {
-    field_of(face, outcome, law, |design, _| activations(design, None, Noise::default()))
-}
-
-/// The same with the fewest muscles that explain the forces ([`smallest_set`]), at most so many.
-pub fn capped_activation_field(
-    face: &FaceModel,
-    outcome: &Outcome,
-    law: &MuscleLaw,
-    most: usize,
-) -> Option<Vec<Vector3<f64>>> {
-    field_of(face, outcome, law, |design, samples| {
-        let positions: Vec<Point3<f64>> = samples.samples.iter().map(|s| s.position).collect();
-        smallest_set(design, &positions, &SelectionSettings { most, ..SelectionSettings::default() }).activations
-    })
-}
-
-fn field_of(
-    face: &FaceModel,
-    outcome: &Outcome,
-    law: &MuscleLaw,
-    find: impl FnOnce(&Design, &Samples) -> Activations,
-) -> Option<Vec<Vector3<f64>>> {
-    let samples = Samples::of(outcome, face, Include::Believed);
-    let (all, _) = fibres(face, &outcome.first);
-    let lines: Vec<Fibre> = all.into_iter().map(|of| of.fibre).collect();
-    let shape = Pull::plain(*law);
-    let design = shape.design(&lines, &samples.samples, Compare::Tangential).ok()?;
-    let found = find(&design, &samples);
-    let within = pull(face, &outcome.first, &shape, lines.iter().zip(found.muscles.iter().map(|one| one.strength_n)));
-    let normals = face.mesh().vertex_normals(&outcome.first);
-    let across = normals.iter().zip(&outcome.field.force).map(|(n, f)| n * n.dot(f));
-    Some(within.into_iter().zip(across).map(|(a, b)| a + b).collect())
 }
 
 /// How forces of an outcome are read as one value a vertex: which part of them, and whether only what lies in the skin.

@@ -19,7 +19,6 @@ pub mod subjects;
 pub use crate::pipeline::samples::{Include, Samples};
 pub use analysis::{Analysis, LawRow, Nothing, Pull, Question};
 pub use fibres::{FibreAt, FibreOf};
-pub use fields::{activation_field, capped_activation_field};
 pub use ladder::{Ladder, Rung};
 pub use replay::{Replay, ReplayError, Simulated};
 

@@ -188,7 +188,9 @@ mod tests {
         let law = LawKind::Anatomical;
         assert_eq!(muscles.settings.field, FieldWay::Muscles { weight: WeightRule::Discrepancy, law, most: Some(2) });
         assert_eq!(muscles.settings.depth, DepthRule::KeepHeight);
-        assert!(muscles.words.ends_with("muscles, Anatomical, at most 2 (now direct, as the thesis)."));
+        assert!(
+            muscles.words.starts_with("Way to the forces: muscles, Anatomical, at most 2 (now direct, as the thesis).")
+        );
         let named = |name: &str| applied(name, "rules=as the scene", &now).unwrap().settings.field;
         let of = |law, most| FieldWay::Muscles { weight: WeightRule::Discrepancy, law, most };
         assert_eq!(named("Muscles, all"), of(law, None));

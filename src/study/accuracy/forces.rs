@@ -19,9 +19,8 @@ use crate::displacement::{DepthRule, UnmarkedRule};
 use crate::expression::{Basic, Expression};
 use crate::face::FaceModel;
 use crate::forces::{SkinModel, SpringRule};
-use crate::muscle::{LawKind, MuscleLaw};
-use crate::muscle_field::activation_field;
-use crate::pipeline::{self, Outcome, Workspace};
+use crate::muscle::LawKind;
+use crate::pipeline::{self, Workspace};
 use crate::project::{FieldWay, Project, Role, Settings};
 use crate::simulate::Ended;
 
@@ -85,35 +84,19 @@ fn made(generic: &FaceModel, seed: u64) -> Result<Made, String> {
     Ok(Made { person, name: basic.name(), last: truth.last, force: truth.force, gentle })
 }
 
-/// A way to the field.
-#[derive(Clone, Copy)]
-enum Way {
-    Chain(FieldWay),
-    /// The muscles fitted to the regularised field, by one law.
-    Muscles(LawKind),
-}
-
-impl Way {
-    fn all() -> Vec<(String, Self)> {
-        let chain = FieldWay::Regularised { weight: WeightRule::Discrepancy };
-        let mut all = vec![("Direct".to_owned(), Self::Chain(FieldWay::Direct))];
-        all.extend(WeightRule::ALL.map(|weight| {
-            let name = format!("{}, {}", chain.label(), weight.label().to_lowercase());
-            (name, Self::Chain(FieldWay::Regularised { weight }))
-        }));
-        all.extend(
-            [LawKind::WatersSheet, LawKind::Anatomical]
-                .map(|law| (format!("Muscles, {}", law.label()), Self::Muscles(law))),
-        );
-        all
-    }
-
-    fn field(self) -> FieldWay {
-        match self {
-            Self::Chain(way) => way,
-            Self::Muscles(_) => FieldWay::Regularised { weight: WeightRule::Discrepancy },
-        }
-    }
+/// The ways to the field, by name.
+fn ways() -> Vec<(String, FieldWay)> {
+    let weight = WeightRule::Discrepancy;
+    let mut all = vec![(FieldWay::Direct.label().to_owned(), FieldWay::Direct)];
+    all.extend(WeightRule::ALL.map(|weight| {
+        let way = FieldWay::Regularised { weight };
+        (format!("{}, {}", way.label(), weight.label().to_lowercase()), way)
+    }));
+    all.extend([LawKind::WatersSheet, LawKind::Anatomical].map(|law| {
+        let way = FieldWay::Muscles { weight, law, most: None };
+        (format!("{}, {}", way.label(), law.label()), way)
+    }));
+    all
 }
 
 /// One thing about the chain that is not as in the scene.
@@ -147,7 +130,7 @@ pub(super) fn cases(options: &Options, seeds: u64) -> Vec<Case> {
     let mut cases = Vec::new();
     for truth in Truth::ALL {
         for &noise in noises {
-            for (name, way) in Way::all() {
+            for (name, way) in ways() {
                 for (setting, change) in CHANGES {
                     if !truth.tries(setting) {
                         continue;
@@ -247,32 +230,27 @@ fn roughen(twin: &mut Twin, person: &FaceModel, seed: u64) {
     }
 }
 
-fn measured(scene: Scene, way: Way, change: fn(&mut Settings), row: Run) -> Run {
+fn measured(scene: Scene, way: FieldWay, change: fn(&mut Settings), row: Run) -> Run {
     let mut project = scene.project;
     change(&mut project.settings);
-    project.settings.field = way.field();
+    project.settings.field = way;
     let size = [SIZE, SIZE];
     let mut workspace = Workspace::default();
     let outcome = pipeline::solve(&project, &scene.face, size, &mut workspace);
-    let find = |outcome: &Outcome| match way {
-        Way::Chain(_) => Some(outcome.field.force.clone()),
-        Way::Muscles(law) => activation_field(&scene.face, outcome, &MuscleLaw::default_of(law)),
-    };
-    let Some(force) = find(&outcome) else { return row.failing(Some("the muscles cannot be fitted".to_owned())) };
+    if matches!(way, FieldWay::Muscles { .. }) && outcome.muscles.is_none() {
+        return row.failing(Some("the muscles cannot be fitted".to_owned()));
+    }
+    let force = &outcome.field.force;
     // Still points are held by bones: the force on them is no muscle's.
     let skin = |v: usize| project.features.get(&(v as u32)).is_some_and(|f| f.role == Role::Skin);
     let inner: Vec<usize> =
         (0..force.len()).filter(|&v| scene.counts[v] && outcome.is_believed(v) && skin(v)).collect();
     let size_of_truth = squares(&scene.truth, &inner);
-    let error = relative_error(&force, &scene.truth, &inner);
+    let error = relative_error(force, &scene.truth, &inner);
     let stated: f64 = inner.iter().map(|&v| outcome.field.sigma[v].powi(2)).sum();
     let time = after_a_drag_ms(&project, DRAGS, |dragged| {
-        let outcome = pipeline::solve(dragged, &scene.face, size, &mut workspace);
-        std::hint::black_box(find(&outcome));
+        std::hint::black_box(pipeline::solve(dragged, &scene.face, size, &mut workspace));
     });
     let row = row.erring(error).timed(time);
-    match way {
-        Way::Chain(_) if stated > 0.0 => row.with("error_over_stated", error * (size_of_truth / stated).sqrt()),
-        _ => row,
-    }
+    if stated > 0.0 { row.with("error_over_stated", error * (size_of_truth / stated).sqrt()) } else { row }
 }

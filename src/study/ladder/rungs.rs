@@ -1,6 +1,6 @@
 //! The rungs: ways to the forces, each with rules for depth and on meshes where that matters, the simplest first.
 //!
-//! A rung is a change of a project's choices, and what is done after the chain. Another way is another line of [`WAYS`].
+//! A rung is a change of a project's choices. Another way is another line of [`WAYS`].
 
 use nalgebra::Vector3;
 
@@ -8,21 +8,9 @@ use super::ground::Ground;
 use crate::displacement::DepthRule;
 use crate::displacement::regularised::WeightRule;
 use crate::forces::SkinModel;
-use crate::muscle::{LawKind, MuscleLaw};
-use crate::muscle_field::{activation_field, capped_activation_field};
+use crate::muscle::LawKind;
 use crate::pipeline::{self, Outcome, Workspace};
-use crate::project::{FieldWay, Project, Role, Settings};
-
-/// What is done after the chain.
-#[derive(Clone, Copy)]
-enum After {
-    /// Its field is the answer.
-    Nothing,
-    /// All muscles are fitted to its field.
-    AllMuscles,
-    /// The fewest muscles that explain its field, at most so many.
-    Muscles(usize),
-}
+use crate::project::{FieldWay, Project, Role};
 
 /// How fine the mesh is that the chain runs on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,8 +38,7 @@ impl Level {
 /// A way to the forces, and where it is tried.
 struct Way {
     name: &'static str,
-    change: fn(&mut Settings),
-    after: After,
+    field: FieldWay,
     skins: &'static [SkinModel],
     depths: &'static [DepthRule],
     levels: &'static [Level],
@@ -64,19 +51,23 @@ const HEIGHT: &[DepthRule] = &[DepthRule::KeepHeight];
 const LEVELS: &[Level] = &Level::ALL;
 const OWN: &[Level] = &[Level::Own];
 
-const DIRECT: fn(&mut Settings) = |s| s.field = FieldWay::Direct;
-const SMOOTH: fn(&mut Settings) = |s| s.field = FieldWay::Regularised { weight: WeightRule::Discrepancy };
+const WEIGHT: WeightRule = WeightRule::Discrepancy;
+const SMOOTH: FieldWay = FieldWay::Regularised { weight: WEIGHT };
+
+const fn muscles(most: Option<u8>) -> FieldWay {
+    FieldWay::Muscles { weight: WEIGHT, law: LawKind::Anatomical, most }
+}
 
 /// The ways, the simplest first.
 #[rustfmt::skip]
 const WAYS: [Way; 7] = [
-    Way { name: "Direct", change: DIRECT, after: After::Nothing, skins: BOTH, depths: DEPTHS, levels: LEVELS },
-    Way { name: "Regularised, discrepancy", change: SMOOTH, after: After::Nothing, skins: BOTH, depths: DEPTHS, levels: LEVELS },
-    Way { name: "Muscles, at most 1", change: SMOOTH, after: After::Muscles(1), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
-    Way { name: "Muscles, at most 2", change: SMOOTH, after: After::Muscles(2), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
-    Way { name: "Muscles, at most 4", change: SMOOTH, after: After::Muscles(4), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
-    Way { name: "Muscles, smallest set", change: SMOOTH, after: After::Muscles(usize::MAX), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
-    Way { name: "Muscles, all", change: SMOOTH, after: After::AllMuscles, skins: BOTH, depths: DEPTHS, levels: LEVELS },
+    Way { name: "Direct", field: FieldWay::Direct, skins: BOTH, depths: DEPTHS, levels: LEVELS },
+    Way { name: "Regularised, discrepancy", field: SMOOTH, skins: BOTH, depths: DEPTHS, levels: LEVELS },
+    Way { name: "Muscles, at most 1", field: muscles(Some(1)), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
+    Way { name: "Muscles, at most 2", field: muscles(Some(2)), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
+    Way { name: "Muscles, at most 4", field: muscles(Some(4)), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
+    Way { name: "Muscles, smallest set", field: muscles(Some(u8::MAX)), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
+    Way { name: "Muscles, all", field: muscles(None), skins: BOTH, depths: DEPTHS, levels: LEVELS },
 ];
 
 /// One rung.
@@ -86,10 +77,9 @@ pub(super) struct Rung {
     /// Skin, depth rule and mesh as pairs.
     pub(super) setting: String,
     pub(super) level: Level,
-    change: fn(&mut Settings),
+    field: FieldWay,
     skin: SkinModel,
     depth: DepthRule,
-    after: After,
 }
 
 /// All rungs, with the finer mesh or without: every way with its skins and depth rules on the face's own mesh, and on the other meshes as a membrane with
@@ -114,10 +104,9 @@ pub(super) fn smooth_rung() -> Rung {
         method: "Motion",
         setting: String::new(),
         level: Level::Own,
-        change: SMOOTH,
+        field: SMOOTH,
         skin: SkinModel::default(),
         depth: DepthRule::FixedDepth,
-        after: After::Nothing,
     }
 }
 
@@ -144,17 +133,16 @@ impl Rung {
             method: way.name,
             setting: format!("skin={skin_word}; depth={depth_word}; mesh={mesh_word}"),
             level,
-            change: way.change,
+            field: way.field,
             skin,
             depth,
-            after: way.after,
         }
     }
 
     /// The project as this rung solves it.
     pub(super) fn project(&self, ground: &Ground, marked: &Project) -> Project {
         let mut project = marked.clone();
-        (self.change)(&mut project.settings);
+        project.settings.field = self.field;
         project.settings.skin_model = self.skin;
         project.settings.depth = self.depth;
         if self.level == Level::Thinned {
@@ -181,14 +169,12 @@ impl Rung {
     pub(super) fn solve(&self, ground: &Ground, project: &Project, workspace: &mut Workspace) -> Option<Answer> {
         let face = self.face(ground);
         let outcome = pipeline::solve(project, face, ground.size_px, workspace);
-        let law = MuscleLaw::default_of(LawKind::Anatomical);
-        let force = match self.after {
-            After::Nothing => outcome.field.force.clone(),
-            After::AllMuscles => activation_field(face, &outcome, &law)?,
-            After::Muscles(most) => capped_activation_field(face, &outcome, &law, most)?,
-        };
+        if matches!(self.field, FieldWay::Muscles { .. }) && outcome.muscles.is_none() {
+            return None;
+        }
         let coarse = ground.finer.coarse;
-        let force = if self.level == Level::Finer { ground.finer.gathered(&force) } else { force };
+        let force = &outcome.field.force;
+        let force = if self.level == Level::Finer { ground.finer.gathered(force) } else { force.clone() };
         Some(Answer { force, believed: (0..coarse).map(|v| is_inside(&outcome, v)).collect() })
     }
 }

@@ -9,8 +9,6 @@ use crate::muscle::LawKind;
 use crate::pipeline::Smoothing;
 use crate::project::FieldWay;
 
-/// As many muscles as the generic face has: the smallest set is never cut short by it.
-const MOST_MUSCLES: u8 = 18;
 /// Height of the L-curve, points.
 const HEIGHT: f32 = 120.0;
 /// Decades that the curve shows, and those of them above its largest value.
@@ -43,7 +41,7 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
             ),
         ];
         rules(ui, settings, most.is_some(), &numbers, commands, |s, few| {
-            s.field = FieldWay::Muscles { weight, law, most: few.then_some(MOST_MUSCLES) };
+            s.field = FieldWay::Muscles { weight, law, most: few.then_some(u8::MAX) };
         });
         ui.add_space(4.0);
         found(ui, scene);
