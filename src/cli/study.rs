@@ -243,3 +243,30 @@ fn truths(arguments: &LawsArguments) -> Result<(), CliError> {
     println!("written to {}", arguments.out.display());
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        ladder: LadderArguments,
+    }
+
+    fn goals(words: &[&str]) -> Option<Goals> {
+        let line = [&["ladder", "--out", "o"], words].concat();
+        Line::try_parse_from(line).ok().map(|line| line.ladder.goals())
+    }
+
+    #[test]
+    fn an_accuracy_in_percent_or_a_time_or_both_are_asked_for() {
+        assert_eq!(goals(&[]), Some(Goals { accuracy: Some(0.1), time_ms: Some(16.0) }));
+        assert_eq!(goals(&["--accuracy", "5"]), Some(Goals { accuracy: Some(0.05), time_ms: None }));
+        assert_eq!(goals(&["--time", "4"]), Some(Goals { accuracy: None, time_ms: Some(4.0) }));
+        let both = goals(&["--accuracy", "50", "--time", "4"]);
+        assert_eq!(both, Some(Goals { accuracy: Some(0.5), time_ms: Some(4.0) }));
+        assert_eq!((goals(&["--accuracy", "0"]), goals(&["--time", "nan"])), (None, None));
+    }
+}

@@ -63,11 +63,11 @@ const QUICK_CHECKED: [f64; 1] = [1.0];
 /// Twins that the choice is made from, whole and quick: with 124 the limit is the third largest error, with 59 the largest.
 const TWINS: [u64; 2] = [124, bound::FEWEST as u64];
 /// Fresh twins, whole and quick.
-const FRESH_TWINS: [u64; 2] = [200, 40];
+const FRESH_TWINS: [u64; 2] = [200, 30];
 /// Seeds of fresh twins begin above: no other study has so many.
 const FRESH_SEEDS: u64 = 10_000;
 /// Twins on which the region that moved is tried, whole and quick: with the marks of the project, and with the whole face marked.
-const REGION_TWINS: [[u64; 2]; 2] = [[59, 12], [4, 1]];
+const REGION_TWINS: [[u64; 2]; 2] = [[59, 12], [6, 0]];
 /// Twins on which rungs are timed.
 const TIMED: usize = 3;
 
@@ -109,7 +109,7 @@ pub fn plan(options: &Options) -> Plan {
         let (ground, subject, truths) = (Arc::clone(&ground), Arc::clone(&subject), Arc::clone(&truths));
         let key = format!("time · {} · {}", rung.method, rung.setting);
         let work = move || {
-            let of = |g: &ground::Ground| measured::timed(g, &*truths, &rung);
+            let of = |g: &ground::Ground| measured::timed(g, &*truths, &rung, finer);
             measured::on(&ground, &subject, MEASURED, place as u64 + 1, of)
         };
         cases.push(Case::timed(key, work).weighing(2.0));

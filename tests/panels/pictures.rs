@@ -204,9 +204,10 @@ fn docs_images() {
     assert!(can_draw(), "the pictures of the documents need a graphics driver");
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
     std::fs::create_dir_all(&folder).unwrap();
-    let scenes: [Scene; 13] = [
+    let scenes: [Scene; 14] = [
         ("study-dark", true, crate::study::stability_maps),
         ("study-method-dark", true, crate::study::a_method_for_the_project),
+        ("study-ladder-dark", true, crate::study::a_rung_for_an_accuracy),
         ("suggestions-dark", true, |w| {
             unmark_skin(w);
             look_at_forehead(w, 2.2);

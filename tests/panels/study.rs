@@ -284,6 +284,15 @@ pub(crate) fn stability_maps(window: &mut Window) {
     settle(window);
 }
 
+/// The choice on a table of the generic face, for the documents: some rungs of `frontalis study ladder`, 59 twins.
+pub(crate) fn a_rung_for_an_accuracy(window: &mut Window) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/study/ladder.csv");
+    window.state_mut().push(Command::FilesChosen(Purpose::OpenStudy, vec![path]));
+    settle(window);
+    window.state_mut().view_mut().study.goals.accuracy = Some(1.5);
+    window.hover_at(egui::pos2(640.0, 4.0));
+}
+
 /// A method of the study of the camera's distance, picked: for the documents.
 pub(crate) fn a_method_for_the_project(window: &mut Window) {
     stability_maps(window);

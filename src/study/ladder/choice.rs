@@ -177,7 +177,13 @@ impl Choice {
             Some((_, there)) => {
                 let _ = write!(text, " Only marks without error would meet it, by {}.", rungs[there].name());
             }
-            None => text += " Marks without error would not meet it either.",
+            None => {
+                let least = rung.noises.first().map_or(noise_px, |n| n.noise_px);
+                let _ = match least {
+                    0.0 => write!(text, " Marks without error would not meet it either."),
+                    px => write!(text, " Marks that err by {} px would not meet it either.", significant(px, 2)),
+                };
+            }
         }
         text
     }

@@ -3,8 +3,8 @@
 use std::sync::{Arc, OnceLock};
 
 use super::ground::{FEWEST_COMPARED, Ground};
-use super::region::{motion, restricted};
-use super::rungs::{Level, Rung, rungs, smooth_rung};
+use super::region::restricted;
+use super::rungs::{Level, Rung, rungs};
 use super::twins::Truth;
 use super::{MEASURED, REGION, SHARE_SOLVED, SPREAD_MS, STUDY, TIMES_STATED, WHOLE_FACE, WHOLE_MS};
 use crate::pipeline::Workspace;
@@ -90,12 +90,11 @@ fn error(ground: &Ground, truth: &Truth, rung: &Rung, marked: &Project, workspac
 /// What solving only the region that moved changes, for every rung that has one.
 fn regions(ground: &Ground, truth: &Truth, rungs: &[Rung], noises: &[f64], (part, seed): (&str, u64)) -> Vec<Run> {
     let mut rows = Vec::new();
+    let own: Vec<&Rung> = rungs.iter().filter(|r| r.has_region()).collect();
     for &times in noises {
-        let mut both = <[Workspace; 2]>::default();
         let marked = truth.project(ground, times);
-        let moved = motion(ground, &smooth_rung(), &marked, &mut both[0]);
-        for rung in rungs.iter().filter(|r| r.has_region()) {
-            let Some(found) = restricted(ground, truth, rung, &moved, &marked, &mut both) else { continue };
+        for (rung, found) in own.iter().zip(restricted(ground, truth, &own, &marked)) {
+            let Some(found) = found else { continue };
             let row = row(part, rung, ground, seed, times * ground.sigma_px).erring(found.change);
             let row = row.with(TIMES_STATED, times).with(SHARE_SOLVED, found.cut.share);
             rows.push(row.with("muscles", truth.muscles as f64));
@@ -105,9 +104,14 @@ fn regions(ground: &Ground, truth: &Truth, rungs: &[Rung], noises: &[f64], (part
 }
 
 /// Times of a rung after a drag on some twins: whole, and only the region that moved, where a part can be left out.
-pub(super) fn timed(ground: &Ground, truths: &[OnceLock<Result<Truth, String>>], rung: &Rung) -> Vec<Run> {
+pub(super) fn timed(
+    ground: &Ground,
+    truths: &[OnceLock<Result<Truth, String>>],
+    rung: &Rung,
+    with_whole_face: bool,
+) -> Vec<Run> {
     let mut rows = Vec::new();
-    let whole_face = ground.whole_face();
+    let whole_face = ground.whole_face().filter(|_| with_whole_face);
     for (seed, slot) in (1..).zip(truths) {
         let truth = match slot.get_or_init(|| Truth::new(ground, seed)) {
             Ok(truth) => truth,
@@ -116,26 +120,25 @@ pub(super) fn timed(ground: &Ground, truths: &[OnceLock<Result<Truth, String>>],
         let project = rung.project(ground, &truth.project(ground, 1.0));
         rows.push(time(ground, rung, &project, row(MEASURED, rung, ground, seed, ground.sigma_px)));
         if rung.has_region() {
-            let scopes = [(REGION, Some(ground)), (WHOLE_FACE, whole_face.as_ref())];
+            // Of the whole face where most can be left out.
+            let scopes = [(REGION, Some(ground), 1.0), (WHOLE_FACE, whole_face.as_ref(), 0.0)];
             rows.extend(
-                scopes.into_iter().filter_map(|(part, ground)| timed_region(ground?, truth, rung, (part, seed))),
+                scopes.into_iter().filter_map(|(part, on, times)| timed_region(on?, truth, rung, times, (part, seed))),
             );
         }
     }
     rows
 }
 
-/// Times of the whole and of the region on a twin, where a part can be left out at the stated marking error.
-fn timed_region(ground: &Ground, truth: &Truth, rung: &Rung, (part, seed): (&str, u64)) -> Option<Run> {
-    let mut both = <[Workspace; 2]>::default();
-    let marked = truth.project(ground, 1.0);
-    let moved = motion(ground, &smooth_rung(), &marked, &mut both[0]);
-    let cut = restricted(ground, truth, rung, &moved, &marked, &mut both)?.cut;
+/// Times of the whole and of the region on a twin, where a part can be left out.
+fn timed_region(ground: &Ground, truth: &Truth, rung: &Rung, times: f64, (part, seed): (&str, u64)) -> Option<Run> {
+    let marked = truth.project(ground, times);
+    let cut = restricted(ground, truth, &[rung], &marked).pop()??.cut;
     if cut.is_whole() {
         return None;
     }
     let project = rung.project(ground, &marked);
-    let row = || row(part, rung, ground, seed, ground.sigma_px);
+    let row = || row(part, rung, ground, seed, times * ground.sigma_px);
     let whole_ms = time(ground, rung, &project, row()).time_ms?;
     Some(time(ground, rung, &cut.of(&project), row()).with(WHOLE_MS, whole_ms))
 }

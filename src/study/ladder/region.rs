@@ -15,7 +15,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
 use super::ground::{FEWEST_COMPARED, Ground};
-use super::rungs::{Answer, Rung};
+use super::rungs::{Answer, Rung, smooth_rung};
 use super::twins::Truth;
 use crate::pipeline::{self, Workspace};
 use crate::project::Project;
@@ -30,6 +30,8 @@ const AT_FIRST: f64 = 0.5;
 const SHARES: [f64; 4] = [4.0, 2.0, 1.0, 0.5];
 /// Marks that are dragged before the change is measured.
 const DRAGGED: usize = 9;
+/// By their marking error, or this share of the stated one where marks are said to have none.
+const LEAST_DRAG: f64 = 0.1;
 
 /// A region of a project.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,7 +43,7 @@ pub(super) struct Cut {
 }
 
 /// How long the smoothed motion of every vertex is, mm.
-pub(super) fn motion(ground: &Ground, smooth: &Rung, marked: &Project, workspace: &mut Workspace) -> Vec<f64> {
+fn motion(ground: &Ground, smooth: &Rung, marked: &Project, workspace: &mut Workspace) -> Vec<f64> {
     let project = smooth.project(ground, marked);
     let outcome = pipeline::solve(&project, &ground.face, ground.size_px, workspace);
     super::ground::apart(&outcome.last, &outcome.first)
@@ -93,53 +95,56 @@ fn dragged(ground: &Ground, marked: &Project) -> Project {
     let mut project = marked.clone();
     for k in 0..DRAGGED {
         let Some(v) = ground.marked.get(k * ground.marked.len() / DRAGGED) else { continue };
+        let px = project.settings.marking_sigma_px.max(LEAST_DRAG * ground.sigma_px);
         if let Some(mark) = project.features.get_mut(v).and_then(|f| f.last.as_mut()) {
             let [a, b] = normal_pair(&mut random);
             let length = (a * a + b * b).sqrt().max(f64::MIN_POSITIVE);
-            mark.at_px[0] += ground.sigma_px * a / length;
-            mark.at_px[1] += ground.sigma_px * b / length;
+            mark.at_px[0] += px * a / length;
+            mark.at_px[1] += px * b / length;
         }
     }
     project
 }
 
-/// Chooses the region on the marks as they are, and measures the change of the answer after drags; none where the rung has no answer.
-///
-/// `workspaces` serve the whole and the part.
-pub(super) fn restricted(
-    ground: &Ground,
-    truth: &Truth,
-    rung: &Rung,
-    motion: &[f64],
-    marked: &Project,
-    [whole, part]: &mut [Workspace; 2],
-) -> Option<Restricted> {
-    let all = rung.solve(ground, &rung.project(ground, marked), whole)?;
-    let mut change = |marked: &Project, all: &Answer, cut: &Cut| -> Option<f64> {
-        let mut some = rung.solve(ground, &cut.of(&rung.project(ground, marked)), part)?;
+/// Chooses the region of every rung on the marks as they are, and measures the change of its answer after drags; none of a rung without an answer.
+pub(super) fn restricted(ground: &Ground, truth: &Truth, rungs: &[&Rung], marked: &Project) -> Vec<Option<Restricted>> {
+    let [mut whole, mut part] = <[Workspace; 2]>::default();
+    let motion = motion(ground, &smooth_rung(), marked, &mut whole);
+    let dragged = dragged(ground, marked);
+    let compared = truth.compared(ground);
+    let all = |rung: &Rung, marked: &Project, workspace: &mut Workspace| -> Option<Answer> {
+        rung.solve(ground, &rung.project(ground, marked), workspace)
+    };
+    let mut change = |rung: &Rung, marked: &Project, all: &Answer, cut: &Cut| -> Option<f64> {
+        let mut some = rung.solve(ground, &cut.of(&rung.project(ground, marked)), &mut part)?;
         for (force, _) in some.force.iter_mut().zip(&some.believed).filter(|(_, believed)| !**believed) {
             *force = Vector3::zeros();
         }
-        let counted: Vec<usize> = truth.compared(ground).into_iter().filter(|v| all.believed[*v]).collect();
+        let counted: Vec<usize> = compared.iter().copied().filter(|v| all.believed[*v]).collect();
         (counted.len() >= FEWEST_COMPARED).then(|| relative_error(&some.force, &all.force, &counted))
     };
+    let wholes: Vec<Option<Answer>> = rungs.iter().map(|rung| all(rung, marked, &mut whole)).collect();
+    let mut found: Vec<Option<Restricted>> = wholes.iter().map(|_| None).collect();
     let mut last: Option<Cut> = None;
+    // All rungs on one region before the next: they share its plate.
     for share in SHARES {
-        let cut = Cut::new(ground, motion, share * TOLERANCE);
+        let cut = Cut::new(ground, &motion, share * TOLERANCE);
         if cut.is_whole() {
             break;
         }
-        // Another share that holds the same marks would only be solved again.
+        // Another share that keeps the same marks would only be solved again.
         if last.as_ref() == Some(&cut) {
             continue;
         }
-        if change(marked, &all, &cut)? < AT_FIRST * TOLERANCE {
-            let dragged = dragged(ground, marked);
-            let all = rung.solve(ground, &rung.project(ground, &dragged), whole)?;
-            let change = change(&dragged, &all, &cut)?;
-            return Some(Restricted { cut, change });
+        for ((rung, before), slot) in rungs.iter().zip(&wholes).zip(&mut found).filter(|(_, slot)| slot.is_none()) {
+            let at_first = before.as_ref().and_then(|before| change(rung, marked, before, &cut));
+            if at_first.is_some_and(|c| c < AT_FIRST * TOLERANCE) {
+                let after = all(rung, &dragged, &mut whole).and_then(|after| change(rung, &dragged, &after, &cut));
+                *slot = after.map(|change| Restricted { cut: cut.clone(), change });
+            }
         }
         last = Some(cut);
     }
-    Some(Restricted { cut: Cut { out: Vec::new(), share: 1.0 }, change: 0.0 })
+    let everything = || Restricted { cut: Cut { out: Vec::new(), share: 1.0 }, change: 0.0 };
+    found.into_iter().zip(wholes).map(|(found, whole)| found.or_else(|| whole.map(|_| everything()))).collect()
 }

@@ -66,7 +66,7 @@ fn the_choice_says_what_the_next_rung_buys_and_what_would_meet_it() {
     let text = words(Goal::Accuracy(0.2));
     assert!(text.contains("no rung meets it at 1.0 px. The best is Best"), "{text}");
     assert!(text.contains("It would be met at 0.25 px, a quarter of your marking error, by Best"), "{text}");
-    assert!(words(Goal::Accuracy(0.1)).contains("Marks without error would not meet it either."));
+    assert!(words(Goal::Accuracy(0.1)).contains("Marks that err by 0.25 px would not meet it either."));
     assert!(words(Goal::Time(0.1)).contains("no rung is so fast; the fastest takes 0.50 ms."));
     assert!(words(Goal::Time(0.6)).contains("(No force at all would err by 100 %.)"));
     let few: Vec<Run> = rung("Few", 0.5, 1.0).into_iter().filter(|r| r.seed <= 20).collect();
@@ -102,7 +102,7 @@ fn a_twin_without_an_answer_counts_as_one_that_errs_without_limit() {
 }
 
 fn small() -> Options {
-    Options { quick: true, seeds: Some(4), ..Options::on(crate::face::generic()) }
+    Options { quick: true, seeds: Some(3), ..Options::on(crate::face::generic()) }
 }
 
 /// The same rows for the same seeds, also when the study was stopped and taken up again.
@@ -122,8 +122,8 @@ fn the_same_seeds_give_the_same_table_also_when_it_was_stopped() {
     };
     let whole = rows(None);
     assert_eq!(rows(Some(3)), whole);
-    let regions: Vec<&Run> = whole.iter().filter(|r| r.part == REGION || r.part == WHOLE_FACE).collect();
-    assert!(regions.len() > 20 && regions.iter().all(|r| r.force_error.is_some()));
+    let regions: Vec<&Run> = whole.iter().filter(|r| r.part == REGION).collect();
+    assert!(regions.len() >= 8 && regions.iter().all(|r| r.force_error.is_some()));
     let rungs = standings(&whole);
     assert!(rungs.len() >= 15 && rungs.iter().all(|r| r.noises.len() == 3));
     // Without marking error the direct way errs by what springs and depth miss; with a pixel its noise is on top.
@@ -132,19 +132,19 @@ fn the_same_seeds_give_the_same_table_also_when_it_was_stopped() {
     assert!(direct.at(1.0).unwrap().median > 2.0 * direct.at(0.0).unwrap().median);
 }
 
-/// Real twins: the largest error of 24 stands above that of a further twin with 24/25; over all rungs together at least 4 of 5 of 24 fresh
+/// Real twins: the largest error of 16 stands above that of a further twin with 16/17; over all rungs together at least 4 of 5 of 16 fresh
 /// twins, which share their scenes, must stay below it.
 #[test]
 fn fresh_twins_keep_the_promise_of_the_measured_ones() {
     let ground = ground::Ground::new(&Subject::of_face(&crate::face::generic()).unwrap()).unwrap();
     let asked = |part| Asked { part, noises: vec![1.0], finer: false, regions: [0; 2] };
-    let twins: Vec<(&'static str, u64)> = (1..=24).flat_map(|k| [(MEASURED, k), (FRESH, FRESH_SEEDS + k)]).collect();
+    let twins: Vec<(&'static str, u64)> = (1..=16).flat_map(|k| [(MEASURED, k), (FRESH, FRESH_SEEDS + k)]).collect();
     let rows: Vec<Run> =
         twins.into_par_iter().flat_map_iter(|(part, seed)| measured::twin(&ground, &asked(part), seed)).collect();
     let rungs = standings(&rows);
     let all: Vec<(f64, f64)> =
         rungs.iter().filter_map(|r| r.at(1.0)).flat_map(|n| n.fresh.iter().map(|e| (*e, n.bound.value))).collect();
-    assert_eq!(all.len(), 24 * rungs.len());
+    assert_eq!(all.len(), 16 * rungs.len());
     let kept = all.iter().filter(|(error, limit)| error <= limit).count();
     assert!(5 * kept >= 4 * all.len(), "{kept} of {}", all.len());
     // The muscles fitted to it miss less of forces that muscles made than the direct way does, whatever the law that made them.
