@@ -722,6 +722,29 @@ fn a_study_that_was_killed_goes_on_where_it_was() {
     assert_eq!(lines(), again);
 }
 
+#[test]
+fn a_chart_is_drawn_anew_from_a_table_or_some_of_its_parts() {
+    let dir = tempfile::tempdir().unwrap();
+    let (table, out) = (dir.path().join("accuracy.csv"), dir.path().join("out"));
+    let head = "study,part,method,setting,noise_px,vertices,seed,time_ms,force_error,status,cause";
+    let row = |part: &str, noise: f64| format!("accuracy,{part},Direct,rules=as the scene,{noise},612,1,0.3,0.5,ok,");
+    fs::write(&table, [head, &row("forces", 0.0), &row("forces", 1.0), &row("laws", 0.0)].join("\n")).unwrap();
+    let drawn = |more: &[&str]| {
+        let arguments = [&["study", "chart", text(&table), "--out", text(&out)], more].concat();
+        done(&arguments);
+        fs::read_to_string(out.join("chart.svg")).unwrap()
+    };
+    let whole = drawn(&[]);
+    assert!(whole.contains("accuracy.csv · seed 1 · 3 runs") && whole.contains("Forces from marks"));
+    assert_eq!(names(&out), set(&["chart.png", "chart.svg"]));
+    let one = drawn(&["--part", "forces", "--noise", "1"]);
+    assert!(one.contains("seed 1 · 1 runs") && !one.contains("law fitted"));
+    let none = refused(&["study", "chart", text(&table), "--part", "force", "--out", text(&out)]);
+    assert!(none.contains("has no such rows; its parts are: forces | laws"), "{none}");
+    fs::write(&table, "a,b\n1,2\n").unwrap();
+    assert!(refused(&["study", "chart", text(&table), "--out", text(&out)]).contains("this is no table of a study"));
+}
+
 /// The command of `docs/batch/Snakefile` with its placeholders filled in, on a project in a folder with an awkward name: it makes the files that
 /// the rule promises, and nothing else.
 #[cfg(unix)]

@@ -15,6 +15,7 @@ mod scene;
 mod simulate;
 mod solve;
 mod study;
+mod study_chart;
 mod suggest;
 mod twin;
 

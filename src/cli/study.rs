@@ -9,6 +9,7 @@ use super::error::CliError;
 use super::output::Output;
 use super::progress::{Bar, Progress};
 use super::scene::{Frames, Scene};
+use super::study_chart;
 use crate::export::study_files;
 use crate::face::import::target::read_target;
 use crate::face::import::{self, ImportOptions, Keep};
@@ -39,6 +40,8 @@ enum Command {
     Stability(RunArguments),
     /// Picks the cheapest way, mesh and number of muscles for an accuracy or a time, from twins of one face: ladder.csv, .svg, .png, .md.
     Ladder(LadderArguments),
+    /// Draws the chart of a table anew, whole or some of its parts alone: chart.svg, chart.png.
+    Chart(study_chart::ChartArguments),
     /// Times every stage from 612 to 10⁶ vertices, its memory, and batches over the cores: scaling.csv, .svg, .png, .md.
     Scaling(RunArguments),
 }
@@ -110,6 +113,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         Command::Laws(arguments) => laws(arguments),
         Command::Accuracy(arguments) => study(Kind::Accuracy, arguments, Goals::default()),
         Command::Ladder(arguments) => study(Kind::Ladder, &arguments.run, arguments.goals()),
+        Command::Chart(arguments) => study_chart::run(arguments),
         Command::Truths(arguments) => truths(arguments),
         Command::Stability(arguments) => study(Kind::Stability, arguments, Goals::default()),
         Command::Scaling(arguments) => study(Kind::Scaling, arguments, Goals::default()),

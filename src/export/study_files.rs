@@ -48,6 +48,11 @@ pub fn chart(kind: Kind, runs: &[Run], goals: Goals, caption: &str) -> String {
 
 /// Machine, build, seeds and runs, in a line.
 pub fn caption(runs: &[Run]) -> String {
+    format!("{} · {}", machine::words(), seeds_and_runs(runs))
+}
+
+/// "seeds 1 to 7 · 2356 runs".
+pub fn seeds_and_runs(runs: &[Run]) -> String {
     let seeds = runs
         .iter()
         .map(|r| r.seed)
@@ -57,5 +62,5 @@ pub fn caption(runs: &[Run]) -> String {
         Some([a, b]) if a == b => format!("seed {a}"),
         Some([a, b]) => format!("seeds {a} to {b}"),
     };
-    format!("{} · {seeds} · {} runs", machine::words(), runs.len())
+    format!("{seeds} · {} runs", runs.len())
 }

@@ -17,9 +17,6 @@ use crate::study::journal::Journal;
 use crate::study::ladder::{Goals, Subject};
 use crate::study::{Kind, Options, Run, runner, table};
 
-/// A table of a study is never so large, bytes.
-const LARGEST: u64 = 256 << 20;
-
 /// What is studied, and what is known of it.
 #[derive(Default)]
 pub struct StudyWork {
@@ -230,7 +227,7 @@ impl App {
 
     /// Shows the table of a study from disk.
     pub(super) fn open_study(&mut self, path: &Path) {
-        match read(path) {
+        match table::read_file(path) {
             Ok(runs) => {
                 if self.study_work.is_running() {
                     self.stop_study();
@@ -293,16 +290,6 @@ fn opened(
         std::fs::remove_file(&path).map_err(|e| format!("{}: cannot be removed ({e})", path.display()))?;
     }
     Journal::open(&path, heading).map_err(|e| e.to_string())
-}
-
-fn read(path: &Path) -> Result<Vec<Run>, String> {
-    let size = std::fs::metadata(path).map_err(|e| e.to_string())?.len();
-    if size > LARGEST {
-        return Err(format!("is {} MB large; no table of a study is", size >> 20));
-    }
-    let bytes = std::fs::read(path).map_err(|e| e.to_string())?;
-    let text = String::from_utf8(bytes).map_err(|_| "is no text".to_owned())?;
-    table::read_csv(&text).map_err(|e| e.to_string())
 }
 
 fn write((kind, runs, goals): (Kind, &[Run], Goals), folder: &Path, progress: &Progress) -> Result<(), String> {

@@ -1,5 +1,7 @@
 //! The table of a study: one row a run, with what was run, how long it took, how far from the truth it ended, or why it failed.
 
+use std::path::Path;
+
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -188,6 +190,23 @@ pub struct TableError {
     pub line: usize,
     /// What is wrong.
     pub why: String,
+}
+
+/// A table of a study is never so large, bytes.
+const LARGEST: u64 = 256 << 20;
+
+/// Reads a table from a file.
+///
+/// # Errors
+/// What is wrong with the file, in a line without its name.
+pub fn read_file(path: &Path) -> Result<Vec<Run>, String> {
+    let size = std::fs::metadata(path).map_err(|e| e.to_string())?.len();
+    if size > LARGEST {
+        return Err(format!("is {} MB large; no table of a study is", size >> 20));
+    }
+    let bytes = std::fs::read(path).map_err(|e| e.to_string())?;
+    let text = String::from_utf8(bytes).map_err(|_| "is no text".to_owned())?;
+    read_csv(&text).map_err(|e| e.to_string())
 }
 
 /// Reads a table that [`csv`] wrote, or that another program saved again: columns in any order, further numeric columns as measures.
