@@ -26,7 +26,7 @@ use crate::displacement::fill_in::Weights;
 use crate::displacement::regularised::Plate;
 use crate::displacement::{UnmarkedRule, VertexState};
 use crate::face::{FaceModel, Skull};
-use crate::forces::{self, ErrorModes, Skin, SkinSpec};
+use crate::forces::{self, Errors, ForceSlopes, Skin, SkinSpec};
 use crate::project::Project;
 use crate::project::document::FieldWay;
 
@@ -162,24 +162,15 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
     let active: Vec<bool> = fill.states.iter().map(|s| s.is_known()).collect();
     let mut field = force_field(face, skin, &first, &displaced, &active);
     let slopes = skin.slopes(&displaced, &active);
-    let mut modes = Vec::new();
-    let by_muscles = matches!(settings.field, FieldWay::Muscles { .. });
-    match &smooth {
-        None => {
-            let influence = stages::influence(project, &camera, &head, &measured, &first, fill);
-            forces::standard_errors(&slopes, &influence, &mut field.sigma);
-            if by_muscles {
-                modes = influence.modes();
-            }
-        }
-        Some(smooth) => {
-            let spread = stages::spread(smooth, &camera, &head, &measured, &first);
-            forces::standard_errors_of_spread(&slopes, &spread, &mut field.sigma);
-            if by_muscles {
-                modes = spread.modes();
-            }
-        }
-    }
+    // One of the two: of marks as they are, or of a motion made smooth.
+    let influence = smooth.is_none().then(|| stages::influence(project, &camera, &head, &measured, &first, fill));
+    let spread = smooth.as_ref().map(|smooth| stages::spread(smooth, &camera, &head, &measured, &first));
+    let standard_errors = |slopes: &ForceSlopes<'_>, out: &mut Vec<f64>| match (&influence, &spread) {
+        (_, Some(spread)) => forces::standard_errors_of_spread(slopes, spread, out),
+        (Some(influence), None) => forces::standard_errors(slopes, influence, out),
+        (None, None) => {}
+    };
+    standard_errors(&slopes, &mut field.sigma);
     let other = stages::place(marked, &camera, &head.motion, mesh, &first, settings.depth.other(), heights);
     let mut other_force = Vec::new();
     let other_displaced = stages::displaced(&first, &other, fill);
@@ -200,12 +191,24 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
         last: displaced,
         last_in_image,
         field,
-        smoothing: smooth.map(|s| Smoothing { weighed: s.smoothed.weighed, curve: s.curve, marks: s.marks }),
+        smoothing: smooth.as_ref().map(|s| Smoothing {
+            weighed: s.smoothed.weighed,
+            curve: s.curve.clone(),
+            marks: s.marks,
+        }),
         muscles: None,
         warnings,
     };
-    if let FieldWay::Muscles { law, most, .. } = settings.field {
-        muscles::explain(face, &mut outcome, law, most, &slopes, &modes);
+    let positions: Option<&dyn Errors> = match (&influence, &spread) {
+        (_, Some(spread)) => Some(spread),
+        (Some(influence), None) => Some(influence),
+        (None, None) => None,
+    };
+    if let (FieldWay::Muscles { law, most, .. }, Some(positions)) = (settings.field, positions) {
+        let normals = mesh.vertex_normals(&outcome.first);
+        let mut across = Vec::new();
+        standard_errors(&slopes.clone().along(&normals), &mut across);
+        muscles::explain(face, &mut outcome, law, most, &slopes, &muscles::Known { positions, across: &across });
     }
     stages::warn(project, &mut outcome, mesh);
     if let Some(k) = &workspace.customized {

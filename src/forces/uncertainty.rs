@@ -19,6 +19,8 @@ pub struct ForceSlopes<'a> {
     springs: &'a Springs,
     /// B_ab of every edge with ends a < b.
     blocks: Vec<Matrix3<f64>>,
+    /// The unit vector along which alone the force of each vertex counts, where it does not count whole.
+    along: Option<&'a [Vector3<f64>]>,
 }
 
 impl<'a> ForceSlopes<'a> {
@@ -46,12 +48,21 @@ impl<'a> ForceSlopes<'a> {
             Matrix3::from_diagonal_element(turning) + u * u.transpose() * (stretching - turning)
         };
         let edges = 0..springs.edges().len();
-        Self { springs, blocks: edges.into_par_iter().with_min_len(PARALLEL_FROM).map(block).collect() }
+        Self { springs, blocks: edges.into_par_iter().with_min_len(PARALLEL_FROM).map(block).collect(), along: None }
     }
 
     /// Of blocks B_ab that are known, one an edge of the mesh (a < b).
     pub(super) fn of_blocks(springs: &'a Springs, blocks: Vec<Matrix3<f64>>) -> Self {
-        Self { springs, blocks }
+        Self { springs, blocks, along: None }
+    }
+
+    /// The same of the component n_i·F_i of each force along a unit vector of its vertex: n_i n_iᵀ B_ij.
+    #[must_use]
+    pub fn along<'b>(self, normals: &'b [Vector3<f64>]) -> ForceSlopes<'b>
+    where
+        'a: 'b,
+    {
+        ForceSlopes { springs: self.springs, blocks: self.blocks, along: Some(normals) }
     }
 
     /// Number of vertices.
@@ -69,7 +80,9 @@ impl<'a> ForceSlopes<'a> {
         self.springs.springs_of_vertex(vertex).iter().map(move |&e| {
             let [a, b] = self.springs.edges()[e as usize].map(|v| v as usize);
             let block = &self.blocks[e as usize];
-            if a == vertex { (b, *block) } else { (a, block.transpose()) }
+            let (other, block) = if a == vertex { (b, *block) } else { (a, block.transpose()) };
+            let projected = self.along.map(|n| n[vertex] * (n[vertex].transpose() * block));
+            (other, projected.unwrap_or(block))
         })
     }
 }

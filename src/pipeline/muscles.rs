@@ -8,8 +8,7 @@ use crate::fit::activations::{Activation, Standing, activations};
 use crate::fit::design::Design;
 use crate::fit::selection::{SelectionSettings, smallest_set};
 use crate::fit::{Compare, Noise};
-use crate::forces::error_modes::Mode;
-use crate::forces::{self, ForceSlopes};
+use crate::forces::{self, Errors, ForceSlopes};
 use crate::muscle::{Fibre, FibreOf, LawKind, MuscleLaw, fibres};
 use crate::pipeline::samples::Include;
 
@@ -41,11 +40,19 @@ pub struct Pulling {
     pub felt_n: f64,
 }
 
+/// What is known of the errors.
+pub(super) struct Known<'a> {
+    /// Of the positions.
+    pub positions: &'a dyn Errors,
+    /// Standard error of each measured force across the skin, N.
+    pub across: &'a [f64],
+}
+
 /// Puts the forces of muscles in the place of the measured ones: within the skin of the first frame Σ s_m f_m with the strengths s ≥ 0
 /// that explain the believed forces best, of all muscles or of the smallest set of at most `most`; across it, where the skull bears what
 /// no muscle does, what was measured.
 ///
-/// Standard errors are those of the positions, as independent ways to err ([`Mode`]), carried through the forces and the least squares of
+/// Standard errors are those of the positions, carried through the forces and the least squares of
 /// the muscles that pull, and times the root of the misfit where that is above 1 (Birge 1932): what the law does not explain counts as
 /// error of the strengths. Nothing is changed where no muscle reaches a believed force.
 pub(super) fn explain(
@@ -54,7 +61,7 @@ pub(super) fn explain(
     law: LawKind,
     most: Option<u8>,
     slopes: &ForceSlopes<'_>,
-    modes: &[Mode],
+    errors: &Known<'_>,
 ) {
     let samples = Samples::of(outcome, face, Include::Believed);
     let all = fibres(face, &outcome.first).0;
@@ -102,11 +109,20 @@ pub(super) fn explain(
         .zip(&samples.samples)
         .map(|(v, s)| (*v as usize, if weigh { s.sigma.powi(-2) } else { 1.0 }))
         .collect();
-    let sigma = Errors { columns: &columns, normals: &normals, known: &known, slopes }.carried(
-        &weights,
-        modes,
-        if weigh { found.misfit.max(1.0) } else { 1.0 },
-    );
+    let misfit = if weigh { found.misfit.max(1.0) } else { 1.0 };
+    let sigma = carried(&columns, &weights, slopes, errors.positions).map(|covariance| {
+        let of = |v: usize| {
+            let mut within = 0.0;
+            for (a, left) in columns.iter().enumerate() {
+                for (b, right) in columns.iter().enumerate() {
+                    within += covariance[(a, b)] * left[v].dot(&right[v]);
+                }
+            }
+            let across = if known[v] { errors.across[v] } else { 0.0 };
+            (misfit * within.max(0.0) + across * across).sqrt()
+        };
+        (0..normals.len()).map(of).collect()
+    });
     let felt = |column: &[Vector3<f64>]| {
         let squares: f64 = weights.iter().map(|(v, _)| column[*v].norm_squared()).sum();
         (squares / weights.len().max(1) as f64).sqrt()
@@ -129,70 +145,38 @@ pub(super) fn explain(
         Some(MuscleForces { law, pulling, among: all.len(), explained: found.r_squared, measured, measured_sigma });
 }
 
-struct Errors<'a> {
-    columns: &'a [Vec<Vector3<f64>>],
-    normals: &'a [Vector3<f64>],
-    known: &'a [bool],
-    slopes: &'a ForceSlopes<'a>,
-}
-
-impl Errors<'_> {
-    /// Standard error of the muscles' force on every vertex, N; none where their columns cannot be told apart.
-    ///
-    /// A change δF of the measured forces changes the strengths by δs = G⁻¹ Σ_i w_i a_i·δF_i, G = Σ_i w_i a_i·a_iᵀ over the samples, and
-    /// δF_i = Σ_j B_ij (δx_i − δx_j). So δs = Σ_j T_j·δx_j with T worked out once for all ways to err.
-    fn carried(&self, weights: &[(usize, f64)], modes: &[Mode], misfit: f64) -> Option<Vec<f64>> {
-        let (n, k) = (self.normals.len(), self.columns.len());
-        let mut gram = DMatrix::<f64>::zeros(k, k);
-        for &(v, w) in weights {
-            for (a, left) in self.columns.iter().enumerate() {
-                for (b, right) in self.columns.iter().enumerate() {
-                    gram[(a, b)] += w * left[v].dot(&right[v]);
-                }
+/// Covariance of the strengths, N²; none where the columns cannot be told apart.
+///
+/// A change δF of the measured forces changes the strengths by δs = G⁻¹ Σ_i w_i a_i·δF_i, G = Σ_i w_i a_i·a_iᵀ over the samples, and
+/// δF_i = Σ_j B_ij (δx_i − δx_j). So δs = Σ_j T_j·δx_j.
+fn carried(
+    columns: &[Vec<Vector3<f64>>],
+    weights: &[(usize, f64)],
+    slopes: &ForceSlopes<'_>,
+    positions: &dyn Errors,
+) -> Option<DMatrix<f64>> {
+    let k = columns.len();
+    let mut gram = DMatrix::<f64>::zeros(k, k);
+    for &(v, w) in weights {
+        for (a, left) in columns.iter().enumerate() {
+            for (b, right) in columns.iter().enumerate() {
+                gram[(a, b)] += w * left[v].dot(&right[v]);
             }
         }
-        let inverse = gram.cholesky()?.inverse();
-        let mut follows = vec![vec![Vector3::zeros(); n]; k];
-        for &(i, w) in weights {
-            for (m, row) in follows.iter_mut().enumerate() {
-                let pull: Vector3<f64> =
-                    self.columns.iter().enumerate().map(|(b, c)| c[i] * (w * inverse[(m, b)])).sum();
-                for (j, block) in self.slopes.at(i) {
-                    let part = block.transpose() * pull;
-                    row[i] += part;
-                    row[j] -= part;
-                }
-            }
-        }
-        // n·δF = Σ_j (Bᵀ n)·(δx_i − δx_j), with the blocks of every known vertex in one list.
-        let across: Vec<Vec<(usize, Vector3<f64>)>> = (0..n)
-            .map(|i| {
-                let normal = self.normals[i];
-                let at = self.slopes.at(i).map(|(j, b)| (j, b.transpose() * normal));
-                if self.known[i] { at.collect() } else { Vec::new() }
-            })
-            .collect();
-        let mut within = vec![0.0; n];
-        let mut upright = vec![0.0; n];
-        let mut shift = vec![Vector3::zeros(); n];
-        for mode in modes {
-            for (v, d) in mode {
-                shift[*v as usize] += d;
-            }
-            let strengths: Vec<f64> =
-                follows.iter().map(|row| mode.iter().map(|(v, d)| row[*v as usize].dot(d)).sum()).collect();
-            for v in (0..n).filter(|v| self.known[*v]) {
-                let change: Vector3<f64> = self.columns.iter().zip(&strengths).map(|(c, s)| c[v] * *s).sum();
-                within[v] += change.norm_squared();
-                let out: f64 = across[v].iter().map(|(j, b)| b.dot(&(shift[v] - shift[*j]))).sum();
-                upright[v] += out * out;
-            }
-            for (v, _) in mode {
-                shift[*v as usize] = Vector3::zeros();
-            }
-        }
-        Some(within.iter().zip(&upright).map(|(a, b)| (misfit * a + b).sqrt()).collect())
     }
+    let inverse = gram.cholesky()?.inverse();
+    let mut rows = vec![vec![Vector3::zeros(); slopes.len()]; k];
+    for &(i, w) in weights {
+        for (m, row) in rows.iter_mut().enumerate() {
+            let pull: Vector3<f64> = columns.iter().enumerate().map(|(b, c)| c[i] * (w * inverse[(m, b)])).sum();
+            for (j, block) in slopes.at(i) {
+                let part = block.tr_mul(&pull);
+                row[i] += part;
+                row[j] -= part;
+            }
+        }
+    }
+    Some(positions.covariance_of(&rows))
 }
 
 #[cfg(test)]
@@ -200,9 +184,11 @@ mod tests {
     use super::*;
     use crate::displacement::VertexState;
     use crate::face::{self, patches::Noise as Draws};
+    use crate::forces::{Influence, MarkInfluence, standard_errors};
     use crate::forces::{Skin, SkinSpec};
     use crate::pipeline::{self, ForceField, Workspace};
     use crate::project::{Project, Settings};
+    use nalgebra::Matrix3x2;
 
     /// The generic face, all of it measured, with the forces that some muscles of the anatomical law make (index, N), and something upright.
     fn pulled(strengths: &[(usize, f64)]) -> (std::sync::Arc<FaceModel>, Outcome, Vec<Vector3<f64>>) {
@@ -230,6 +216,17 @@ mod tests {
         (face, outcome, force)
     }
 
+    const EXACT: Known<'static> = Known { positions: &Exact, across: &[0.0; 612] };
+
+    /// Positions without error.
+    struct Exact;
+
+    impl Errors for Exact {
+        fn covariance_of(&self, rows: &[Vec<Vector3<f64>>]) -> DMatrix<f64> {
+            DMatrix::zeros(rows.len(), rows.len())
+        }
+    }
+
     fn skin(face: &FaceModel, at: &[Point3<f64>]) -> Skin {
         let spec: SkinSpec = Settings::default().skin_spec();
         Skin::new(face.mesh(), at, &spec)
@@ -242,7 +239,7 @@ mod tests {
         let first = outcome.first.clone();
         for most in [None, Some(18)] {
             outcome.field.force.clone_from(&force);
-            explain(&face, &mut outcome, LawKind::Anatomical, most, &skin.slopes(&first, &vec![true; 612]), &[]);
+            explain(&face, &mut outcome, LawKind::Anatomical, most, &skin.slopes(&first, &vec![true; 612]), &EXACT);
             let found = outcome.muscles.as_ref().unwrap();
             let ids: Vec<usize> = found.pulling.iter().map(|p| p.muscle).collect();
             assert!(ids.contains(&0) && ids.contains(&5) && (found.explained - 1.0).abs() < 1e-9, "{ids:?}");
@@ -254,7 +251,7 @@ mod tests {
         }
         // The wrong law says less, and the field is that law's: not the measured one.
         outcome.field.force.clone_from(&force);
-        explain(&face, &mut outcome, LawKind::Koch, None, &skin.slopes(&first, &vec![true; 612]), &[]);
+        explain(&face, &mut outcome, LawKind::Koch, None, &skin.slopes(&first, &vec![true; 612]), &EXACT);
         assert!(outcome.muscles.as_ref().unwrap().explained < 0.98);
         assert!(outcome.field.force != force);
     }
@@ -270,29 +267,43 @@ mod tests {
         let skin = skin(&face, &first);
         let slopes = skin.slopes(&first, &vec![true; n]);
         let mut draws = Draws(7);
-        let modes: Vec<Mode> = (0..80)
-            .map(|_| {
-                let v = (draws.uniform().abs() * n as f64) as usize % n;
-                let d = Vector3::new(draws.normal(), draws.normal(), draws.normal()) * 1e-3;
-                let beside = face.mesh().neighbours(v).iter().map(|j| (*j, d * 0.5));
-                std::iter::once((v as u32, d)).chain(beside).collect()
-            })
-            .collect();
+        // Eighty marks, each on a vertex, with the neighbours following by half.
+        let marked: Vec<u32> = (0..80).map(|k| k * 7 + 20).collect();
+        let mut follows: Vec<Vec<(u32, f64)>> = vec![Vec::new(); n];
+        for (mark, v) in marked.iter().enumerate() {
+            follows[*v as usize].push((mark as u32, 1.0));
+            for j in face.mesh().neighbours(*v as usize) {
+                follows[*j as usize].push((mark as u32, 0.5));
+            }
+        }
+        let slope = |_| Matrix3x2::from_fn(|_, _| draws.uniform());
+        let influence = MarkInfluence {
+            slope_mm_per_px: marked.iter().map(slope).collect(),
+            sigma_px: vec![1e-3; marked.len()],
+            weights: Influence::from_rows(follows.iter().cloned()),
+            common: None,
+        };
+        let normals = face.mesh().vertex_normals(&first);
+        let mut across = Vec::new();
+        standard_errors(&skin.slopes(&first, &vec![true; n]).along(&normals), &influence, &mut across);
+        let errors = Known { positions: &influence, across: &across };
         let mut stated = Vec::new();
         let mut squares = vec![0.0; n];
         for _ in 0..DRAWS {
             let mut shift = vec![Vector3::zeros(); n];
-            for mode in &modes {
-                let z = draws.normal();
-                for (v, d) in mode {
-                    shift[*v as usize] += d * z;
-                }
+            let drawn: Vec<Vector3<f64>> = influence
+                .slope_mm_per_px
+                .iter()
+                .map(|s| s * nalgebra::Vector2::new(draws.normal(), draws.normal()) * 1e-3)
+                .collect();
+            for (shift, row) in shift.iter_mut().zip(&follows) {
+                *shift = row.iter().map(|(m, w)| drawn[*m as usize] * *w).sum();
             }
             let mut drawn = outcome.clone();
             for (i, f) in drawn.field.force.iter_mut().enumerate() {
                 *f += slopes.at(i).map(|(j, b)| b * (shift[i] - shift[j])).sum::<Vector3<f64>>();
             }
-            explain(&face, &mut drawn, LawKind::Anatomical, None, &slopes, &modes);
+            explain(&face, &mut drawn, LawKind::Anatomical, None, &slopes, &errors);
             for (s, (a, b)) in squares.iter_mut().zip(drawn.field.force.iter().zip(&force)) {
                 *s += (a - b).norm_squared();
             }
@@ -311,7 +322,7 @@ mod tests {
         outcome.states = vec![VertexState::Unmeasured; force.len()];
         let first = outcome.first.clone();
         let skin = skin(&face, &first);
-        explain(&face, &mut outcome, LawKind::Anatomical, None, &skin.slopes(&first, &vec![false; 612]), &[]);
+        explain(&face, &mut outcome, LawKind::Anatomical, None, &skin.slopes(&first, &vec![false; 612]), &EXACT);
         assert!(outcome.muscles.is_none() && outcome.field.force == force);
     }
 }
