@@ -40,6 +40,10 @@ pub struct Pulling {
     pub felt_n: f64,
 }
 
+/// A muscle is looked for where the believed vertices feel at least this share of its peak on the face. One that they hardly feel would need
+/// thousands of newtons to explain a little noise, and would put them on the skin around.
+const FELT: f64 = 0.2;
+
 /// What is known of the errors.
 pub(super) struct Known<'a> {
     /// Of the positions.
@@ -49,7 +53,7 @@ pub(super) struct Known<'a> {
 }
 
 /// Puts the forces of muscles in the place of the measured ones: within the skin of the first frame Σ s_m f_m with the strengths s ≥ 0
-/// that explain the believed forces best, of all muscles or of the smallest set of at most `most`; across it, where the skull bears what
+/// that explain the believed forces best, of all muscles that are felt there ([`FELT`]) or of the smallest set of at most `most`; across it, where the skull bears what
 /// no muscle does, what was measured.
 ///
 /// Standard errors are those of the positions, carried through the forces and the least squares of
@@ -64,9 +68,16 @@ pub(super) fn explain(
     errors: &Known<'_>,
 ) {
     let samples = Samples::of(outcome, face, Include::Believed);
-    let all = fibres(face, &outcome.first).0;
-    let lines: Vec<Fibre> = all.iter().map(|of| of.fibre.clone()).collect();
     let shape = MuscleLaw::default_of(law);
+    let mut all = fibres(face, &outcome.first).0;
+    let among = all.len();
+    all.retain(|of| {
+        let most = |points: &mut dyn Iterator<Item = &Point3<f64>>| {
+            points.map(|x| shape.force(&of.fibre, x).norm()).fold(0.0, f64::max)
+        };
+        most(&mut samples.samples.iter().map(|s| &s.position)) >= FELT * most(&mut outcome.first.iter())
+    });
+    let lines: Vec<Fibre> = all.iter().map(|of| of.fibre.clone()).collect();
     let Ok(design) = Design::of(&shape, &lines, &samples.samples, Compare::Tangential) else { return };
     let found = match most {
         None => activations(&design, None, Noise::Estimated),
@@ -141,8 +152,7 @@ pub(super) fn explain(
         Some(sigma) => std::mem::replace(&mut field.sigma, sigma),
         None => field.sigma.clone(),
     };
-    outcome.muscles =
-        Some(MuscleForces { law, pulling, among: all.len(), explained: found.r_squared, measured, measured_sigma });
+    outcome.muscles = Some(MuscleForces { law, pulling, among, explained: found.r_squared, measured, measured_sigma });
 }
 
 /// Covariance of the strengths, N²; none where the columns cannot be told apart.
@@ -314,6 +324,26 @@ mod tests {
         let drawn: f64 = squares.iter().sum::<f64>() / DRAWS as f64;
         let said: f64 = stated.iter().map(|s| s * s).sum();
         assert!((0.85..1.15).contains(&(drawn / said)), "{drawn} {said}");
+    }
+
+    /// Only the forehead is measured, with noise: no muscle of the mouth is made strong to explain it.
+    #[test]
+    fn a_muscle_that_the_measured_skin_hardly_feels_is_left_out() {
+        let (face, mut outcome, _) = pulled(&[(0, 0.4)]);
+        let forehead = face.region("forehead_and_brows");
+        let mut draws = Draws(3);
+        for v in 0..612 {
+            if !forehead.contains(&(v as u32)) {
+                outcome.states[v] = VertexState::Unmeasured;
+            }
+            outcome.field.force[v] += Vector3::new(draws.normal(), draws.normal(), draws.normal()) * 0.05;
+        }
+        let first = outcome.first.clone();
+        let skin = skin(&face, &first);
+        explain(&face, &mut outcome, LawKind::Anatomical, None, &skin.slopes(&first, &vec![true; 612]), &EXACT);
+        let found = outcome.muscles.as_ref().unwrap();
+        assert!(found.pulling.iter().all(|p| p.strength.strength_n < 1.0), "{:?}", found.pulling);
+        assert!(found.pulling.iter().any(|p| p.muscle == 0) && found.among == 18);
     }
 
     #[test]
