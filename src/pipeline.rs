@@ -26,7 +26,7 @@ use crate::displacement::fill_in::Weights;
 use crate::displacement::regularised::Plate;
 use crate::displacement::{UnmarkedRule, VertexState};
 use crate::face::{FaceModel, Skull};
-use crate::forces::{self, Errors, ForceSlopes, Skin, SkinSpec};
+use crate::forces::{self, Errors, Skin, SkinSpec};
 use crate::project::Project;
 use crate::project::document::FieldWay;
 
@@ -162,15 +162,11 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
     let active: Vec<bool> = fill.states.iter().map(|s| s.is_known()).collect();
     let mut field = force_field(face, skin, &first, &displaced, &active);
     let slopes = skin.slopes(&displaced, &active);
-    // One of the two: of marks as they are, or of a motion made smooth.
-    let influence = smooth.is_none().then(|| stages::influence(project, &camera, &head, &measured, &first, fill));
-    let spread = smooth.as_ref().map(|smooth| stages::spread(smooth, &camera, &head, &measured, &first));
-    let standard_errors = |slopes: &ForceSlopes<'_>, out: &mut Vec<f64>| match (&influence, &spread) {
-        (_, Some(spread)) => forces::standard_errors_of_spread(slopes, spread, out),
-        (Some(influence), None) => forces::standard_errors(slopes, influence, out),
-        (None, None) => {}
+    let errors: Box<dyn Errors + '_> = match &smooth {
+        None => Box::new(stages::influence(project, &camera, &head, &measured, &first, fill)),
+        Some(smooth) => Box::new(stages::spread(smooth, &camera, &head, &measured, &first)),
     };
-    standard_errors(&slopes, &mut field.sigma);
+    field.sigma = errors.of_forces(&slopes);
     let other = stages::place(marked, &camera, &head.motion, mesh, &first, settings.depth.other(), heights);
     let mut other_force = Vec::new();
     let other_displaced = stages::displaced(&first, &other, fill);
@@ -199,16 +195,8 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
         muscles: None,
         warnings,
     };
-    let positions: Option<&dyn Errors> = match (&influence, &spread) {
-        (_, Some(spread)) => Some(spread),
-        (Some(influence), None) => Some(influence),
-        (None, None) => None,
-    };
-    if let (FieldWay::Muscles { law, most, .. }, Some(positions)) = (settings.field, positions) {
-        let normals = mesh.vertex_normals(&outcome.first);
-        let mut across = Vec::new();
-        standard_errors(&slopes.clone().along(&normals), &mut across);
-        muscles::explain(face, &mut outcome, law, most, &slopes, &muscles::Known { positions, across: &across });
+    if let FieldWay::Muscles { law, most, .. } = settings.field {
+        muscles::explain(face, &mut outcome, law, most, slopes, errors.as_ref());
     }
     stages::warn(project, &mut outcome, mesh);
     if let Some(k) = &workspace.customized {

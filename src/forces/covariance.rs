@@ -2,15 +2,26 @@
 
 use nalgebra::{DMatrix, Matrix3x6, Matrix6, Vector2, Vector3};
 
-use super::uncertainty::{Common, MarkInfluence, SpreadInfluence};
+use super::uncertainty::{
+    Common, ForceSlopes, MarkInfluence, SpreadInfluence, standard_errors, standard_errors_of_spread,
+};
 
 /// How all positions err together.
 pub trait Errors {
+    /// Standard error of the force on every vertex, N: [`standard_errors`] or [`standard_errors_of_spread`].
+    fn of_forces(&self, slopes: &ForceSlopes<'_>) -> Vec<f64>;
+
     /// Covariance of quantities q_m = Σ_j T_mj · x_j; `rows` holds T, mm⁻¹ of q, a row a quantity, a vector a vertex.
     fn covariance_of(&self, rows: &[Vec<Vector3<f64>>]) -> DMatrix<f64>;
 }
 
 impl Errors for MarkInfluence {
+    fn of_forces(&self, slopes: &ForceSlopes<'_>) -> Vec<f64> {
+        let mut sigma = Vec::new();
+        standard_errors(slopes, self, &mut sigma);
+        sigma
+    }
+
     /// Σ_k σ_k² A_k A_kᵀ + D (Σ − Σ_k σ_k² G_k G_kᵀ) Dᵀ, where D = T C and A_k = T w_k S_k + D G_k is what mark k changes, also through the head.
     fn covariance_of(&self, rows: &[Vec<Vector3<f64>>]) -> DMatrix<f64> {
         let mut of_mark =
@@ -45,6 +56,12 @@ impl Errors for MarkInfluence {
 }
 
 impl Errors for SpreadInfluence<'_> {
+    fn of_forces(&self, slopes: &ForceSlopes<'_>) -> Vec<f64> {
+        let mut sigma = Vec::new();
+        standard_errors_of_spread(slopes, self, &mut sigma);
+        sigma
+    }
+
     /// Σ_axis P g gᵀ Pᵀ + q qᵀ + D Σ Dᵀ, with P = T S by the columns of g, q = P d and D = T C.
     fn covariance_of(&self, rows: &[Vec<Vector3<f64>>]) -> DMatrix<f64> {
         let places = self.spread_px.ncols();
@@ -92,7 +109,7 @@ fn with_head(through_head: &DMatrix<f64>, covariance: &Matrix6<f64>) -> DMatrix<
 mod tests {
     use super::*;
     use crate::face::patches::{Noise, shaken, triangular};
-    use crate::forces::{ForceSlopes, Influence, SpringRule, Springs, standard_errors, standard_errors_of_spread};
+    use crate::forces::{Influence, SpringRule, Springs};
     use crate::skin::StressStrainCurve;
     use nalgebra::{Matrix3x2, Matrix6x2};
 

@@ -170,6 +170,7 @@ impl Skin {
 mod tests {
     use super::*;
     use crate::face::patches::{shaken, triangular};
+    use crate::forces::uncertainty::assert_differences;
 
     fn skin(mesh: &Mesh, model: SkinModel) -> Skin {
         let curve = StressStrainCurve::default();
@@ -190,27 +191,7 @@ mod tests {
         active[7] = false;
         for model in SkinModel::ALL {
             let skin = skin(&mesh, model);
-            let slopes = skin.slopes(&x, &active);
-            let h = 1e-6;
-            for j in 0..mesh.len() {
-                for axis in 0..3 {
-                    let moved = |s: f64| {
-                        let mut x = x.clone();
-                        x[j][axis] += s;
-                        field(&skin, &x, &active)
-                    };
-                    let (up, down) = (moved(h), moved(-h));
-                    let mut exact = vec![Vector3::zeros(); mesh.len()];
-                    for (i, block) in slopes.at(j) {
-                        exact[j] += Vector3::from(block.column(axis));
-                        exact[i] -= Vector3::from(block.row(axis).transpose());
-                    }
-                    for i in 0..mesh.len() {
-                        let d = (up[i] - down[i]) / (2.0 * h);
-                        assert!((d - exact[i]).norm() < 1e-7, "{model:?} {i} {j} {axis}: {d} {}", exact[i]);
-                    }
-                }
-            }
+            assert_differences(&skin.slopes(&x, &active), &x, 1e-7, |x| field(&skin, x, &active));
         }
     }
 

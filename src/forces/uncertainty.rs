@@ -287,6 +287,36 @@ impl Gathered {
     }
 }
 
+/// Slopes against central differences of the field, every vertex along every axis.
+#[cfg(test)]
+pub(super) fn assert_differences(
+    slopes: &ForceSlopes<'_>,
+    x: &[Point3<f64>],
+    within: f64,
+    field: impl Fn(&[Point3<f64>]) -> Vec<Vector3<f64>>,
+) {
+    let h = 1e-6;
+    for j in 0..x.len() {
+        for axis in 0..3 {
+            let moved = |s: f64| {
+                let mut x = x.to_vec();
+                x[j][axis] += s;
+                field(&x)
+            };
+            let (up, down) = (moved(h), moved(-h));
+            let mut exact = vec![Vector3::zeros(); x.len()];
+            for (i, block) in slopes.at(j) {
+                exact[j] += Vector3::from(block.column(axis));
+                exact[i] -= Vector3::from(block.row(axis).transpose());
+            }
+            for i in 0..x.len() {
+                let d = (up[i] - down[i]) / (2.0 * h);
+                assert!((d - exact[i]).norm() < within, "{i} {j} {axis}: {d} {}", exact[i]);
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -303,33 +333,13 @@ mod tests {
     #[test]
     fn blocks_agree_with_central_differences_of_the_field() {
         let mesh = triangular(6, 5, 6.0);
-        let (curve, h) = (StressStrainCurve::default(), 1e-6);
+        let curve = StressStrainCurve::default();
         let springs = Springs::new(&mesh, mesh.positions(), SpringRule::Strip, 1.5);
         let x = shaken(mesh.positions(), 0.6, 5);
         let mut active = vec![true; mesh.len()];
         active[7] = false;
         let slopes = ForceSlopes::of_springs(&springs, &curve, &x, Some(&active));
-        for j in 0..mesh.len() {
-            for axis in 0..3 {
-                let mut e = Vector3::zeros();
-                e[axis] = h;
-                let moved = |s: f64| {
-                    let mut x = x.clone();
-                    x[j] += e * s;
-                    forces(&springs, &curve, &x, &active)
-                };
-                let (up, down) = (moved(1.0), moved(-1.0));
-                let mut exact = vec![Vector3::zeros(); mesh.len()];
-                for (i, block) in slopes.at(j) {
-                    exact[j] += Vector3::from(block.column(axis));
-                    exact[i] -= Vector3::from(block.row(axis).transpose());
-                }
-                for i in 0..mesh.len() {
-                    let d = (up[i] - down[i]) / (2.0 * h);
-                    assert!((d - exact[i]).norm() < 1e-8, "{i} {j} {axis}: {d} {}", exact[i]);
-                }
-            }
-        }
+        assert_differences(&slopes, &x, 1e-8, |x| forces(&springs, &curve, x, &active));
     }
 
     /// Equal independent errors σ of both in-plane coordinates on a triangular lattice of linear springs k at rest:

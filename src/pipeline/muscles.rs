@@ -44,14 +44,6 @@ pub struct Pulling {
 /// thousands of newtons to explain a little noise, and would put them on the skin around.
 const FELT: f64 = 0.2;
 
-/// What is known of the errors.
-pub(super) struct Known<'a> {
-    /// Of the positions.
-    pub positions: &'a dyn Errors,
-    /// Standard error of each measured force across the skin, N.
-    pub across: &'a [f64],
-}
-
 /// Puts the forces of muscles in the place of the measured ones: within the skin of the first frame Σ s_m f_m with the strengths s ≥ 0
 /// that explain the believed forces best, of all muscles that are felt there ([`FELT`]) or of the smallest set of at most `most`; across it, where the skull bears what
 /// no muscle does, what was measured.
@@ -64,8 +56,8 @@ pub(super) fn explain(
     outcome: &mut Outcome,
     law: LawKind,
     most: Option<u8>,
-    slopes: &ForceSlopes<'_>,
-    errors: &Known<'_>,
+    slopes: ForceSlopes<'_>,
+    errors: &dyn Errors,
 ) {
     let samples = Samples::of(outcome, face, Include::Believed);
     let shape = MuscleLaw::default_of(law);
@@ -121,7 +113,9 @@ pub(super) fn explain(
         .map(|(v, s)| (*v as usize, if weigh { s.sigma.powi(-2) } else { 1.0 }))
         .collect();
     let misfit = if weigh { found.misfit.max(1.0) } else { 1.0 };
-    let sigma = carried(&columns, &weights, slopes, errors.positions).map(|covariance| {
+    let covariance = carried(&columns, &weights, &slopes, errors);
+    let across = errors.of_forces(&slopes.along(&normals));
+    let sigma = covariance.map(|covariance| {
         let of = |v: usize| {
             let mut within = 0.0;
             for (a, left) in columns.iter().enumerate() {
@@ -129,7 +123,7 @@ pub(super) fn explain(
                     within += covariance[(a, b)] * left[v].dot(&right[v]);
                 }
             }
-            let across = if known[v] { errors.across[v] } else { 0.0 };
+            let across = if known[v] { across[v] } else { 0.0 };
             (misfit * within.max(0.0) + across * across).sqrt()
         };
         (0..normals.len()).map(of).collect()
@@ -194,8 +188,7 @@ mod tests {
     use super::*;
     use crate::displacement::VertexState;
     use crate::face::{self, patches::Noise as Draws};
-    use crate::forces::{Influence, MarkInfluence, standard_errors};
-    use crate::forces::{Skin, SkinSpec};
+    use crate::forces::{Influence, MarkInfluence, Skin, SkinSpec};
     use crate::pipeline::{self, ForceField, Workspace};
     use crate::project::{Project, Settings};
     use nalgebra::Matrix3x2;
@@ -226,12 +219,14 @@ mod tests {
         (face, outcome, force)
     }
 
-    const EXACT: Known<'static> = Known { positions: &Exact, across: &[0.0; 612] };
-
     /// Positions without error.
     struct Exact;
 
     impl Errors for Exact {
+        fn of_forces(&self, slopes: &ForceSlopes<'_>) -> Vec<f64> {
+            vec![0.0; slopes.len()]
+        }
+
         fn covariance_of(&self, rows: &[Vec<Vector3<f64>>]) -> DMatrix<f64> {
             DMatrix::zeros(rows.len(), rows.len())
         }
@@ -249,7 +244,7 @@ mod tests {
         let first = outcome.first.clone();
         for most in [None, Some(18)] {
             outcome.field.force.clone_from(&force);
-            explain(&face, &mut outcome, LawKind::Anatomical, most, &skin.slopes(&first, &vec![true; 612]), &EXACT);
+            explain(&face, &mut outcome, LawKind::Anatomical, most, skin.slopes(&first, &vec![true; 612]), &Exact);
             let found = outcome.muscles.as_ref().unwrap();
             let ids: Vec<usize> = found.pulling.iter().map(|p| p.muscle).collect();
             assert!(ids.contains(&0) && ids.contains(&5) && (found.explained - 1.0).abs() < 1e-9, "{ids:?}");
@@ -261,7 +256,7 @@ mod tests {
         }
         // The wrong law says less, and the field is that law's: not the measured one.
         outcome.field.force.clone_from(&force);
-        explain(&face, &mut outcome, LawKind::Koch, None, &skin.slopes(&first, &vec![true; 612]), &EXACT);
+        explain(&face, &mut outcome, LawKind::Koch, None, skin.slopes(&first, &vec![true; 612]), &Exact);
         assert!(outcome.muscles.as_ref().unwrap().explained < 0.98);
         assert!(outcome.field.force != force);
     }
@@ -293,10 +288,6 @@ mod tests {
             weights: Influence::from_rows(follows.iter().cloned()),
             common: None,
         };
-        let normals = face.mesh().vertex_normals(&first);
-        let mut across = Vec::new();
-        standard_errors(&skin.slopes(&first, &vec![true; n]).along(&normals), &influence, &mut across);
-        let errors = Known { positions: &influence, across: &across };
         let mut stated = Vec::new();
         let mut squares = vec![0.0; n];
         for _ in 0..DRAWS {
@@ -313,7 +304,7 @@ mod tests {
             for (i, f) in drawn.field.force.iter_mut().enumerate() {
                 *f += slopes.at(i).map(|(j, b)| b * (shift[i] - shift[j])).sum::<Vector3<f64>>();
             }
-            explain(&face, &mut drawn, LawKind::Anatomical, None, &slopes, &errors);
+            explain(&face, &mut drawn, LawKind::Anatomical, None, slopes.clone(), &influence);
             for (s, (a, b)) in squares.iter_mut().zip(drawn.field.force.iter().zip(&force)) {
                 *s += (a - b).norm_squared();
             }
@@ -340,7 +331,7 @@ mod tests {
         }
         let first = outcome.first.clone();
         let skin = skin(&face, &first);
-        explain(&face, &mut outcome, LawKind::Anatomical, None, &skin.slopes(&first, &vec![true; 612]), &EXACT);
+        explain(&face, &mut outcome, LawKind::Anatomical, None, skin.slopes(&first, &vec![true; 612]), &Exact);
         let found = outcome.muscles.as_ref().unwrap();
         assert!(found.pulling.iter().all(|p| p.strength.strength_n < 1.0), "{:?}", found.pulling);
         assert!(found.pulling.iter().any(|p| p.muscle == 0) && found.among == 18);
@@ -352,7 +343,7 @@ mod tests {
         outcome.states = vec![VertexState::Unmeasured; force.len()];
         let first = outcome.first.clone();
         let skin = skin(&face, &first);
-        explain(&face, &mut outcome, LawKind::Anatomical, None, &skin.slopes(&first, &vec![false; 612]), &EXACT);
+        explain(&face, &mut outcome, LawKind::Anatomical, None, skin.slopes(&first, &vec![false; 612]), &Exact);
         assert!(outcome.muscles.is_none() && outcome.field.force == force);
     }
 }
