@@ -267,7 +267,7 @@ impl FieldWay {
                 "F = −K X at the smoothest motion of the skin that the marks allow within their stated error"
             }
             Self::Muscles { .. } => {
-                "The forces of the muscles that explain the regularised ones best: the nearest by far where muscles of this law made them, and wrong where they did not"
+                "The forces of the muscles that explain the regularised ones best: nearer at large marking errors where muscles of this law made them, and wrong where they did not"
             }
         }
     }
