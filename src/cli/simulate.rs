@@ -61,6 +61,9 @@ pub struct Arguments {
     /// Factor on every stiffness of the skin, 0.01 to 100.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     stiffness: f64,
+    /// Lids and the corners of the mouth as stiff as the skin around them.
+    #[arg(long)]
+    one_skin: bool,
 }
 
 /// Most steps of one run: more would write tables of gigabytes.
@@ -88,6 +91,7 @@ impl Arguments {
             law: named("law", &self.law, &LawKind::ALL, |l| l.name().to_owned())?,
             holding: named("hold", &self.hold, &Holding::ALL, |h| h.name().to_owned())?,
             stiffness: within("stiffness", self.stiffness, STIFFNESS)?,
+            tissues: !self.one_skin,
         })
     }
 
@@ -132,6 +136,7 @@ impl Arguments {
             setup.holding.name(),
             setup.stiffness
         ));
+        words.extend((!setup.tissues).then(|| "--one-skin".to_owned()));
         words.join(" ")
     }
 

@@ -94,7 +94,7 @@ impl Shape {
 }
 
 /// Distance to a segment, and where on it the nearest point lies, 0 to 1.
-fn to_segment(p: &Point2<f64>, a: &Point2<f64>, b: &Point2<f64>) -> (f64, f64) {
+pub(crate) fn to_segment(p: &Point2<f64>, a: &Point2<f64>, b: &Point2<f64>) -> (f64, f64) {
     let (ab, ap) = (b - a, p - a);
     let along = (ap.dot(&ab) / ab.norm_squared().max(1e-12)).clamp(0.0, 1.0);
     ((ap - ab * along).norm(), along)

@@ -104,6 +104,9 @@ pub struct Actuators {
     pub held: Vec<bool>,
     /// What the face lacks, a sentence each.
     pub notes: Vec<String>,
+    /// Whether lids and the corners of the mouth of the skin that they pull on differ from it ([`super::tissue`]); [`Actuators::of`] knows no skin and says
+    /// no.
+    pub tissues: bool,
 }
 
 /// The loads of an expression.
@@ -139,7 +142,7 @@ impl Actuators {
 
         let (jaw, joined) = jaw::jaw(face, rest, &carry);
         notes.extend(joined);
-        Ok(Self { all, jaw, held: held(face, rest), notes })
+        Ok(Self { all, jaw, held: held(face, rest), notes, tissues: false })
     }
 
     /// The muscles of a face and those that [`Self::of`] adds to it, bound to vertices.

@@ -32,6 +32,7 @@ pub mod ring;
 pub mod shown;
 pub mod stage;
 pub mod strength;
+pub mod tissue;
 
 pub use action_unit::{Basic, Dose};
 pub use actuator::{Actuator, ActuatorError, ActuatorSettings, Actuators, Kind, Loads};

@@ -3,7 +3,9 @@
 use nalgebra::Point3;
 
 use super::actuator::{ActuatorError, ActuatorSettings, Actuators};
+use super::places::Carry;
 use super::preset::Expression;
+use super::tissue;
 use crate::face::FaceModel;
 use crate::muscle::{LawKind, MuscleLaw};
 use crate::simulate::{Equilibrium, EquilibriumSolver, Hold, OutOfMemory, System, SystemError, SystemOptions};
@@ -70,11 +72,13 @@ pub struct Setup {
     pub holding: Holding,
     /// Factor on every stiffness of the skin, 0.01 to 100 (default 1).
     pub stiffness: f64,
+    /// Whether lids and the corners of the mouth differ from the skin around them, as [`tissue`] says (default yes).
+    pub tissues: bool,
 }
 
 impl Default for Setup {
     fn default() -> Self {
-        Self { law: LawKind::Anatomical, holding: Holding::default(), stiffness: 1.0 }
+        Self { law: LawKind::Anatomical, holding: Holding::default(), stiffness: 1.0, tissues: true }
     }
 }
 
@@ -111,9 +115,15 @@ impl Stage {
     /// A face without the landmarks that actuators are placed by, or whose skin makes no system.
     pub fn new(face: &FaceModel, rest: &[Point3<f64>], setup: &Setup) -> Result<Self, StageError> {
         let law = MuscleLaw::default_of(setup.law);
-        let actuators = Actuators::of(face, rest, &law, ActuatorSettings::default())?;
-        let options =
-            SystemOptions { hold: setup.holding.hold(), stiffness: setup.stiffness, ..SystemOptions::default() };
+        let mut actuators = Actuators::of(face, rest, &law, ActuatorSettings::default())?;
+        actuators.tissues = setup.tissues;
+        let carry = Carry::onto(face, rest).map_err(|missing| ActuatorError::Landmarks { missing })?;
+        let options = SystemOptions {
+            hold: setup.holding.hold(),
+            stiffness: setup.stiffness,
+            of_edges: if setup.tissues { tissue::of_edges(face, rest, &carry) } else { Vec::new() },
+            ..SystemOptions::default()
+        };
         let system = System::new(face.mesh(), rest, &actuators.held, Some(actuators.jaw.clone()), options)?;
         Ok(Self { system, actuators })
     }

@@ -32,7 +32,7 @@ pub fn in_words(mesh: &Mesh, found: &[(u32, f64)], hold: Hold) -> Option<[String
     let (bent, most) = (CREASE_RAD.to_degrees(), angle.to_degrees());
     let what = match found.len() {
         1 => format!("The edge between vertices {a} and {b} is bent by {most:.0}°"),
-        n => format!("{n} edges are bent by more than {bent:.0}°, most by {most:.0}°, between vertices {a} and {b}"),
+        n => format!("{n} edges are bent by more than {bent:.0}°, worst {a}–{b}: {most:.0}°"),
     };
     let advice = match hold {
         Hold::Bare => {

@@ -42,6 +42,8 @@ pub struct SystemOptions {
     pub hold: Hold,
     /// Factor on every stiffness of the skin.
     pub stiffness: f64,
+    /// Factor on the stiffness (and the pre-tension) of each edge, in the order of [`crate::face::Mesh::edges`]; none is 1 everywhere.
+    pub of_edges: Vec<f64>,
     /// Stress that the skin is under at rest, kPa, with what balances it there; only under [`SkinLaw::Table`].
     ///
     /// Skin that loses all of it wrinkles and carries no more: with the pre-tension at which the table saturates no spring ever
@@ -63,6 +65,7 @@ impl Default for SystemOptions {
             repulsion: Some(Repulsion::default()),
             hold: Hold::default(),
             stiffness: 1.0,
+            of_edges: Vec::new(),
             pre_tension_kpa: 9.13,
         }
     }
@@ -71,6 +74,14 @@ impl Default for SystemOptions {
 /// Why a system was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SystemError {
+    /// Not one factor an edge.
+    #[error("there are {found} factors on the stiffness for {edges} edges; give one an edge, or none")]
+    Edges {
+        /// How many factors.
+        found: usize,
+        /// Number of edges.
+        edges: usize,
+    },
     /// Lists of different lengths.
     #[error("the {what} are given for {found} vertices, but the mesh has {vertices}")]
     Length {
@@ -108,13 +119,17 @@ pub enum SystemError {
 }
 
 /// Refuses numbers that no skin has.
-pub(super) fn check(o: &SystemOptions) -> Result<(), SystemError> {
+pub(super) fn check(o: &SystemOptions, edges: usize) -> Result<(), SystemError> {
+    if ![0, edges].contains(&o.of_edges.len()) {
+        return Err(SystemError::Edges { found: o.of_edges.len(), edges });
+    }
     let more_than_0 = [
         ("the thickness of the skin (mm)", o.thickness_mm),
         ("the density of the skin (kg/m³)", o.density_kg_m3),
         ("the factor on the stiffness", o.stiffness),
     ];
-    for (what, value) in more_than_0 {
+    let of_edges = o.of_edges.iter().map(|f| ("the factor on the stiffness of an edge", *f));
+    for (what, value) in more_than_0.into_iter().chain(of_edges) {
         if !(value > 0.0 && value.is_finite()) {
             return Err(SystemError::Value { what, value, wanted: "more than 0" });
         }

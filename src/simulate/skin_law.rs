@@ -60,8 +60,10 @@ pub(super) fn power(e: f64, p: f64) -> [f64; 3] {
 pub(super) struct Spring {
     pub(super) ends: [u32; 2],
     pub(super) rest_mm: f64,
-    /// Width of its strip times the thickness, in N per kPa; 0 for an edge of no length.
+    /// Width of its strip times the thickness and its factor, in N per kPa; 0 for an edge of no length.
     pub(super) newton_per_kpa: f64,
+    /// Factor on its stiffness.
+    pub(super) factor: f64,
     /// Tension that it has at rest, N.
     pub(super) pre_n: f64,
 }
@@ -85,7 +87,7 @@ impl SkinLaw {
             Self::Power(law) => {
                 let l = law.reference_mm;
                 let [energy, force, slope] = power(longer / l, law.exponent);
-                let k = scale * law.stiffness_n_per_mm;
+                let k = scale * spring.factor * law.stiffness_n_per_mm;
                 [k * l * l * energy, k * l * force, k * slope]
             }
         }
@@ -102,7 +104,7 @@ mod tests {
     use super::*;
 
     fn spring() -> Spring {
-        Spring { ends: [0, 1], rest_mm: 8.0, newton_per_kpa: 0.01, pre_n: 0.0 }
+        Spring { ends: [0, 1], rest_mm: 8.0, newton_per_kpa: 0.01, factor: 1.0, pre_n: 0.0 }
     }
 
     /// `ERRATA.md` E13: an 8 mm edge stretched by 10 %, γ = 2, counted in mm: (1 + 0.8²)² = 2.69 times the linear force; counted in

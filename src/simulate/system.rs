@@ -67,7 +67,7 @@ impl System {
         if let Some(vertex) = jaw.as_ref().and_then(|j| j.weights.iter().position(|w| !w.is_finite())) {
             return Err(SystemError::NotFinite { what: "weight of the jaw", vertex });
         }
-        check(&options)?;
+        check(&options, mesh.edges().len())?;
         let areas = mesh.vertex_areas(rest);
         // kg/m³ · mm² · mm = 1e-9 kg, and 1 kg = 1e-3 N s²/mm.
         let per_area = 1e-12 * options.density_kg_m3 * options.thickness_mm;
@@ -350,13 +350,13 @@ fn springs(springs: &Springs, options: &SystemOptions) -> Vec<Spring> {
     let (_, newton_per_kpa) = springs.constants();
     let pre_kpa = if matches!(options.law, SkinLaw::Table(_)) { options.pre_tension_kpa } else { 0.0 };
     let all = springs.edges().iter().zip(springs.rest_length_mm()).zip(newton_per_kpa);
-    all.map(|((&ends, &rest_mm), &newton_per_kpa)| Spring {
-        ends,
-        rest_mm,
-        newton_per_kpa,
-        pre_n: pre_kpa * newton_per_kpa,
-    })
-    .collect()
+    all.enumerate()
+        .map(|(e, ((&ends, &rest_mm), &newton_per_kpa))| {
+            let factor = options.of_edges.get(e).copied().unwrap_or(1.0);
+            let newton_per_kpa = factor * newton_per_kpa;
+            Spring { ends, rest_mm, newton_per_kpa, factor, pre_n: pre_kpa * newton_per_kpa }
+        })
+        .collect()
 }
 
 /// The pull on every vertex that keeps pre-tensed springs at rest, N.

@@ -82,6 +82,33 @@ fn two_masses_and_a_spring_follow_the_analytic_solution_with_each_method_s_order
     }
 }
 
+/// A triangle with legs of 8 mm drawn out along x by 10 %: the default table says 3.62 kPa, and the strip of an edge is A/L = 32/8 = 4 mm wide and
+/// 1.5 mm thick, so the leg along x pulls with 3.62e-3 · 6 = 0.02172 N. A factor of 3 on it adds twice that; the power law's k₀ (0.029 N/mm, here without
+/// stiffening) on 0.8 mm is 0.0232 N.
+#[test]
+fn the_factor_of_an_edge_multiplies_its_force_alone() {
+    let p = vec![Point3::origin(), Point3::new(8.0, 0.0, 0.0), Point3::new(0.0, 8.0, 0.0)];
+    let mesh = Mesh::new(p.clone(), vec![[0, 1, 2]]).unwrap();
+    let along = mesh.edges().iter().position(|e| *e == [0, 1]).unwrap();
+    let power = SkinLaw::Power(PowerLaw { exponent: 0.0, ..PowerLaw::default() });
+    for (law, newton) in [(SkinLaw::default(), 0.021_72), (power, 0.0232)] {
+        let forces = |factor: f64| {
+            let mut of_edges = vec![1.0; 3];
+            of_edges[along] = factor;
+            let system =
+                System::new(&mesh, &p, &[false; 3], None, SystemOptions { of_edges, ..bare(law.clone()) }).unwrap();
+            let mut x = p.clone();
+            x[1].x += 0.8;
+            let mut forces = Vec::new();
+            system.forces(&x, &mut forces);
+            forces
+        };
+        let more: Vec<Vector3<f64>> = forces(3.0).iter().zip(forces(1.0)).map(|(a, b)| a - b).collect();
+        assert!((more[0] - Vector3::x() * (2.0 * newton)).norm() < 1e-9, "{more:?}");
+        assert!((more[1] + more[0]).norm() < 1e-12 && more[2].norm() < 1e-12, "{more:?}");
+    }
+}
+
 #[test]
 fn momentum_is_kept_without_fixed_vertices() {
     let mesh = triangular(6, 5, 4.0);
@@ -300,6 +327,10 @@ fn nonsense_is_refused_by_name() {
     assert_eq!(text, "the thickness of the skin (mm) is -1; it must be more than 0");
     let text = new(SystemOptions { hold: Hold::Anchors(f64::NAN), ..SystemOptions::default() }).to_string();
     assert!(text.starts_with("the stiffness of the anchors (N/mm³) is NaN"));
+    let text = new(SystemOptions { of_edges: vec![1.0; 3], ..SystemOptions::default() }).to_string();
+    assert_eq!(text, "there are 3 factors on the stiffness for 16 edges; give one an edge, or none");
+    let text = new(SystemOptions { of_edges: vec![0.0; 16], ..SystemOptions::default() }).to_string();
+    assert_eq!(text, "the factor on the stiffness of an edge is 0; it must be more than 0");
     let short = System::new(&mesh, mesh.positions(), &[true], None, SystemOptions::default()).unwrap_err();
     assert_eq!(short.to_string(), "the fixed vertices are given for 1 vertices, but the mesh has 9");
     let mut system = System::new(&mesh, mesh.positions(), &mesh.on_border(), None, SystemOptions::default()).unwrap();

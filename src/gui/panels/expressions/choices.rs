@@ -105,6 +105,11 @@ pub(super) fn model(ui: &mut Ui, ready: &Ready, view: &mut ExpressionsView) {
         response.widget_info(|| WidgetInfo::slider(true, view.setup.stiffness, "Stiffness"));
         ui.end_row();
 
+        ui.label("Lids, mouth").on_hover_text("Lids and the corners of the mouth are no plain skin");
+        let hint = "The plates of the lids are stiffer than skin, their folds and the corners of the mouth softer. Off: one skin everywhere";
+        ui.checkbox(&mut view.setup.tissues, "own stiffness").on_hover_text(hint);
+        ui.end_row();
+
         ui.label("Method").on_hover_text("How time is stepped");
         let label = view.pace.method.label();
         let combo = ComboBox::from_id_salt("method").width(176.0).selected_text(label).show_ui(ui, |ui| {

@@ -23,7 +23,7 @@ pub(super) fn show(
 ) {
     let p = theme::palette(ui.visuals());
     ui.add_space(2.0);
-    // One line: what does not fit at its end is cut, and told whole under the pointer.
+    // One line: what does not fit at its end, the creases, is cut and told whole under the pointer.
     ui.horizontal(|ui| {
         let play = if work.is_playing() { "Pause" } else { "Play" };
         for (action, label) in [
@@ -66,15 +66,15 @@ pub(super) fn show(
                 "The skin is folded there. A mesh without a skull does not resist bending: let it slide on the skull",
             );
         }
+        if let Some(words) = work.settled() {
+            ui.add(egui::Label::new(RichText::new(words).weak()).truncate());
+        }
         if let Some([what, advice]) = &ready.creased {
             // Over the skull a crease is a fine fold; without one the sheet has buckled.
             let skull = ready.setup.holding == crate::expression::Holding::Skull;
             let text = RichText::new(what);
             let text = if skull { text.weak() } else { text.color(p.warn) };
-            ui.add(egui::Label::new(text).truncate()).on_hover_text(advice);
-        }
-        if let Some(words) = work.settled() {
-            ui.add(egui::Label::new(RichText::new(words).weak()).truncate());
+            ui.add(egui::Label::new(text).truncate()).on_hover_text(format!("{what}. {advice}"));
         }
     });
     ui.add_space(2.0);
