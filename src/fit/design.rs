@@ -1,10 +1,10 @@
 //! Forces as a sum of columns: what each of several muscles would do at every measured vertex with a strength of 1 N.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Point3, Vector3};
 
 use super::non_negative::NormalEquations;
 use super::{Compare, Sample};
-use crate::muscle::{Fibre, MAX_PARAMETERS, MuscleLaw};
+use crate::muscle::{Fibre, MuscleLaw};
 
 /// A force is F = Σ x_j f_j with strengths x_j, N. Here are the f_j and the observed F, both divided by their standard errors.
 ///
@@ -76,13 +76,9 @@ impl Design {
     pub fn of(law: &MuscleLaw, fibres: &[Fibre], samples: &[Sample], compare: Compare) -> Result<Self, DesignError> {
         let mut design = Self::new(samples, compare)?;
         let mut values = Vec::with_capacity(3 * samples.len() * fibres.len());
+        let positions: Vec<Point3<f64>> = samples.iter().map(|s| s.position).collect();
         for fibre in fibres {
-            let (shape, mut slopes) = (law.on(fibre), [0.0; MAX_PARAMETERS]);
-            let force = |s: &Sample| match shape.at(0, &fibre.place(&s.position), &mut slopes) {
-                0.0 => Vector3::zeros(),
-                share => law.direction(fibre, &s.position) * share,
-            };
-            values.extend(design.column(samples.iter().map(force)));
+            values.extend(design.column(law.forces(fibre, &positions).into_iter()));
         }
         design.columns = DMatrix::from_vec(3 * samples.len(), fibres.len(), values);
         Ok(design)

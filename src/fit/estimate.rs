@@ -225,7 +225,7 @@ pub(crate) fn report(model: &mut Model, options: &LawFitOptions, history: Histor
     let nothing = model.field().cost_of_nothing();
     let likelihood = n * (cost.max(least) / n).ln();
     let bic = likelihood + k * n.ln();
-    let squares = model.residual().iter().zip(model.field().weights()).map(|(r, w)| r.norm_squared() / (w * w));
+    let squares = model.residual_squares().zip(model.field().weights()).map(|(r2, w)| r2 / (w * w));
     let rms = (squares.sum::<f64>() / model.field().len() as f64).sqrt() * unit;
     LawFit {
         law: model.law(),

@@ -276,7 +276,6 @@ fn fit_variant(law: &MuscleLaw, field: &Field, options: &LawFitOptions) -> Resul
     let mut agreed = 0;
     let mut evaluations = 0;
     let several = !model.free().is_empty();
-    let same = |a: f64, b: f64| (a - b).abs() <= SAME_COST[0] * a.min(b) + SAME_COST[1] * nothing;
     // A second lobe has false minima that one start in twenty reaches.
     let enough = 1 + law.lobes();
     let centres = [law_default(law), given.clone()];
@@ -293,15 +292,11 @@ fn fit_variant(law: &MuscleLaw, field: &Field, options: &LawFitOptions) -> Resul
             continue;
         }
         match &best {
-            Some(b) if same(run.cost, b.cost) && model.near_each_other(&run.values, &b.values) => {
-                agreed += 1;
-                if run.cost < b.cost {
-                    best = Some(run);
-                }
-            }
-            Some(b) if run.cost >= b.cost => {}
+            Some(b) if run.cost >= b.cost => agreed += usize::from(model.same_end(&b.values, b.cost, run.cost)),
             _ => {
-                agreed = 1;
+                let found_again = best.as_ref().is_some_and(|b| model.same_end(&b.values, b.cost, run.cost));
+                agreed = if found_again { agreed + 1 } else { 1 };
+                model.best = Some((run.values.clone(), run.cost));
                 best = Some(run);
             }
         }
@@ -339,8 +334,9 @@ fn descend(model: &mut Model, from: &[f64], settings: &LevenbergMarquardtSetting
         if !moved {
             break;
         }
-        end = Some(levenberg_marquardt::minimise(model, &mut u, &bounds, settings, room));
-        if sharp.is_empty() {
+        let descent = levenberg_marquardt::minimise(model, &mut u, &bounds, settings, room);
+        end = Some(descent.stop);
+        if sharp.is_empty() || descent.stop == Stop::Known {
             break;
         }
         // The model may stand at a trial that was refused.
@@ -348,7 +344,7 @@ fn descend(model: &mut Model, from: &[f64], settings: &LevenbergMarquardtSetting
     }
     // The model may stand at a trial that was refused.
     let cost = model.cost(&u);
-    let stop = end.map_or(Stop::NotFinite, |e| e.stop);
+    let stop = end.unwrap_or(Stop::NotFinite);
     Run { cost, values: model.values().to_vec(), strengths: model.strengths().to_vec(), ended: Ended::Descent(stop) }
 }
 
@@ -409,7 +405,10 @@ impl Model<'_> {
         best.1
     }
 
-    fn near_each_other(&self, a: &[f64], b: &[f64]) -> bool {
-        self.free().iter().all(|&k| (self.logarithm(k, a[k]) - self.logarithm(k, b[k])).abs() < SAME_PLACE)
+    /// Whether the model, which stands where the cost is `cost`, stands where another start ended: at its values, with its cost.
+    pub(super) fn same_end(&self, values: &[f64], least: f64, cost: f64) -> bool {
+        let near = |k: usize| (self.logarithm(k, self.value(k)) - self.logarithm(k, values[k])).abs() < SAME_PLACE;
+        (cost - least).abs() <= SAME_COST[0] * cost.min(least) + SAME_COST[1] * self.field().cost_of_nothing()
+            && self.free().iter().all(|&k| near(k))
     }
 }

@@ -19,52 +19,73 @@
 //! are read from.
 
 use nalgebra::Vector3;
+use pulp::Arch;
 
 use super::field::Field;
+use super::law_sums::{What, Work};
 use super::levenberg_marquardt::LeastSquares;
+use super::planes::padded;
 use super::{Compare, Strengths, cholesky};
-use crate::muscle::{MAX_PARAMETERS, MuscleLaw, Parameter, Shape};
+use crate::muscle::{MuscleLaw, Parameter, Shape};
 
 /// The problem, at one point of it.
+///
+/// Numbers lie sample by sample, `m` of them: as many as there are samples, and zeros up to a multiple of the lanes. Vectors are three such
+/// lists one after the other.
 #[derive(Clone, Debug)]
 pub(crate) struct Model<'a> {
+    pub(super) arch: Arch,
     pub(super) field: &'a Field,
-    law: MuscleLaw,
+    pub(super) law: MuscleLaw,
     pub(super) parameters: Vec<Parameter>,
     /// Which parameters are unknowns, in order.
-    free: Vec<usize>,
+    pub(super) free: Vec<usize>,
     /// Which have no slope and are to be found all the same.
-    sharp: Vec<usize>,
-    eliminate: bool,
-    shared: bool,
-    /// Terms a sample: lobes × fibres, lobe by lobe.
-    terms: usize,
+    pub(super) sharp: Vec<usize>,
+    pub(super) eliminate: bool,
+    pub(super) shared: bool,
+    pub(super) m: usize,
     /// Strengths.
-    columns: usize,
-    pub(super) directions: Vec<Vector3<f64>>,
+    pub(super) columns: usize,
+    /// The observed vectors.
+    pub(super) observed: Vec<f64>,
+    /// Fibre by fibre, what the law depends on, and the vectors along which it pulls.
+    pub(super) coordinates: Vec<f64>,
+    pub(super) directions: Vec<f64>,
+    /// Products of the directions of every two fibres (the second one no later), and of each fibre's with what is observed.
+    pub(super) pairs: Vec<f64>,
+    pub(super) seen: Vec<f64>,
     pub(super) values: Vec<f64>,
-    shapes: Vec<Shape>,
+    pub(super) shapes: Vec<Shape>,
+    /// θ, term by term, and its slopes, term by term and parameter by parameter.
     pub(super) theta: Vec<f64>,
-    slopes: Vec<[f64; MAX_PARAMETERS]>,
-    strengths: Vec<f64>,
-    residual: Vec<Vector3<f64>>,
-    gram: Vec<f64>,
-    factor: Vec<f64>,
+    pub(super) slopes: Vec<f64>,
+    /// Vectors: D, one for each free parameter, and Φ, one for each column.
+    pub(super) rows: Vec<f64>,
+    /// Where lengths are compared: those of Φ and of what is observed, the parts of `rows` along the sum of all pulls, and that sum.
+    pub(super) lengths: Vec<f64>,
+    pub(super) along: Vec<f64>,
+    pub(super) sum: Vec<f64>,
+    pub(super) strengths: Vec<f64>,
+    /// Vectors; a single list where lengths are compared.
+    pub(super) residual: Vec<f64>,
+    pub(super) gram: Vec<f64>,
+    pub(super) factor: Vec<f64>,
     /// Strengths that the shapes leave without any support.
-    dropped: usize,
-    full: Vec<f64>,
-    gradient: Vec<f64>,
-    /// Scratch: columns of one sample, its slopes, and which columns are not zero.
-    column: Vec<Vector3<f64>>,
-    slope: Vec<Vector3<f64>>,
-    active: Vec<usize>,
-    half: Vec<f64>,
+    pub(super) dropped: usize,
+    pub(super) full: Vec<f64>,
+    pub(super) gradient: Vec<f64>,
+    pub(super) half: Vec<f64>,
+    /// The values at which the model stands with the strengths that are best there, and the cost.
+    pub(super) stands: Option<(Vec<f64>, f64)>,
+    /// The best minimum of earlier starts: its values and its cost.
+    pub(super) best: Option<(Vec<f64>, f64)>,
     /// Calls of [`LeastSquares::cost`].
     pub(crate) evaluations: usize,
 }
 
-/// Lengths of vectors below this share of the largest force have no direction.
-const NO_DIRECTION: f64 = 1e-12;
+/// Coordinates of a vector.
+pub(super) const AXES: usize = 3;
 
 impl<'a> Model<'a> {
     /// `held` names parameters that keep their value.
@@ -82,37 +103,89 @@ impl<'a> Model<'a> {
         let (fibres, lobes) = (field.fibres().len(), law.lobes());
         let shared = strengths == Strengths::Shared;
         let columns = if shared { lobes } else { lobes * fibres };
-        let (n, terms) = (field.len(), lobes * fibres);
+        let (m, terms) = (padded(field.len()), lobes * fibres);
         // Lengths of sums are not linear in the strengths.
-        let eliminate = eliminate && field.compare() != Compare::Magnitudes;
+        let lengths = field.compare() == Compare::Magnitudes;
+        let eliminate = eliminate && !lengths;
         let unknowns = free.len() + columns;
-        Self {
+        let mut model = Self {
+            arch: Arch::new(),
             field,
             law: *law,
             values: parameters.iter().map(|p| p.value).collect(),
             eliminate,
             shared,
-            terms,
+            m,
             columns,
-            directions: field.directions(law),
+            observed: vec![0.0; AXES * m],
+            coordinates: vec![0.0; 2 * fibres * m],
+            directions: vec![0.0; fibres * AXES * m],
+            pairs: vec![0.0; fibres * (fibres + 1) / 2 * m],
+            seen: vec![0.0; fibres * m],
             shapes: Vec::with_capacity(fibres),
-            theta: vec![0.0; n * terms],
-            slopes: vec![[0.0; MAX_PARAMETERS]; n * terms],
+            theta: vec![0.0; terms * m],
+            slopes: vec![0.0; terms * parameters.len() * m],
+            rows: vec![0.0; (free.len() + columns) * AXES * m],
+            lengths: vec![0.0; if lengths { (columns + 1) * m } else { 0 }],
+            along: vec![0.0; if lengths { (free.len() + columns) * m } else { 0 }],
+            sum: vec![0.0; if lengths { AXES * m } else { 0 }],
             strengths: vec![0.0; columns],
-            residual: vec![Vector3::zeros(); n],
+            residual: vec![0.0; if lengths { m } else { AXES * m }],
             gram: vec![0.0; columns * columns],
             factor: vec![0.0; columns * columns],
             dropped: 0,
             full: vec![0.0; unknowns * unknowns],
             gradient: vec![0.0; unknowns],
-            column: vec![Vector3::zeros(); columns],
-            slope: vec![Vector3::zeros(); free.len()],
-            active: Vec::with_capacity(columns),
             half: vec![0.0; columns],
+            stands: None,
+            best: None,
             evaluations: 0,
             parameters,
             free,
             sharp,
+        };
+        model.lay_out();
+        model
+    }
+
+    /// Lays the field out list by list.
+    fn lay_out(&mut self) {
+        let (m, fibres) = (self.m, self.field.fibres().len());
+        for (i, force) in self.field.forces().iter().enumerate() {
+            for (axis, value) in force.iter().enumerate() {
+                self.observed[axis * m + i] = *value;
+            }
+        }
+        let places = self.field.places().chunks_exact(fibres);
+        let directions = self.field.directions(&self.law);
+        for (i, (places, directions)) in places.zip(directions.chunks_exact(fibres)).enumerate() {
+            for (fibre, (place, direction)) in places.iter().zip(directions).enumerate() {
+                for (at, value) in self.law.coordinates(place).into_iter().enumerate() {
+                    self.coordinates[(2 * fibre + at) * m + i] = value;
+                }
+                for (axis, value) in direction.iter().enumerate() {
+                    self.directions[(AXES * fibre + axis) * m + i] = *value;
+                }
+            }
+        }
+        let axis = |list: &[f64], at: usize, i: usize| list[at * m + i];
+        let mut pairs = self.pairs.chunks_exact_mut(m);
+        for (a, seen) in self.seen.chunks_exact_mut(m).enumerate() {
+            for (i, seen) in seen.iter_mut().enumerate() {
+                let along = |x| axis(&self.directions, AXES * a + x, i) * axis(&self.observed, x, i);
+                *seen = (0..AXES).map(along).sum();
+            }
+            for (b, pair) in pairs.by_ref().take(a + 1).enumerate() {
+                for (i, pair) in pair.iter_mut().enumerate() {
+                    let along = |x| axis(&self.directions, AXES * a + x, i) * axis(&self.directions, AXES * b + x, i);
+                    *pair = (0..AXES).map(along).sum();
+                }
+            }
+        }
+        if let Some((_, observed)) = self.lengths.split_at_mut_checked(self.columns * m) {
+            for (out, force) in observed.iter_mut().zip(self.field.forces()) {
+                *out = force.norm();
+            }
         }
     }
 
@@ -140,8 +213,15 @@ impl<'a> Model<'a> {
         self.dropped
     }
 
-    pub(crate) fn residual(&self) -> &[Vector3<f64>] {
-        &self.residual
+    /// Squares of the weighted residual, sample by sample.
+    pub(crate) fn residual_squares(&self) -> impl Iterator<Item = f64> {
+        (0..self.field.len()).map(|i| self.residual.chunks_exact(self.m).map(|r| r[i] * r[i]).sum())
+    }
+
+    /// Vector that a fibre adds at a sample for a strength of 1.
+    pub(super) fn pull(&self, fibre: usize, sample: usize) -> Vector3<f64> {
+        let theta = self.theta[fibre * self.m + sample];
+        Vector3::from_fn(|axis, _| theta * self.directions[(AXES * fibre + axis) * self.m + sample])
     }
 
     /// The law with the shape at which the model stands.
@@ -186,14 +266,11 @@ impl<'a> Model<'a> {
 
     /// The cost at a shape (all parameters of the law, within their ranges), for given strengths or the best ones.
     pub(crate) fn cost_at(&mut self, values: &[f64], strengths: Option<&[f64]>) -> f64 {
-        self.evaluations += 1;
         self.values.copy_from_slice(values);
-        self.shape();
-        match strengths {
-            Some(strengths) => self.strengths.copy_from_slice(strengths),
-            None => self.solve_strengths(),
+        if let Some(strengths) = strengths {
+            self.strengths.copy_from_slice(strengths);
         }
-        self.residue()
+        self.evaluate(strengths.is_none())
     }
 
     /// The unknowns for a shape (all parameters of the law): strengths, where they are unknowns, are the best for that shape.
@@ -201,11 +278,33 @@ impl<'a> Model<'a> {
         self.values.copy_from_slice(values);
         let mut u: Vec<f64> = self.free.iter().map(|&k| self.logarithm(k, values[k])).collect();
         if !self.eliminate {
-            self.shape();
-            self.solve_strengths();
+            self.evaluate(true);
             u.extend(&self.strengths);
         }
         u
+    }
+
+    /// θ, its slopes and the cost, where the values are and for the strengths as they are or the best for these values.
+    fn evaluate(&mut self, solve: bool) -> f64 {
+        if let Some((values, cost)) = self.stands.as_ref().filter(|_| solve)
+            && *values == self.values
+        {
+            return *cost;
+        }
+        self.evaluations += 1;
+        let cost = self.arch.dispatch(Work { model: self, what: What::Cost { solve } });
+        let mut values = self.stands.take().map(|s| s.0).unwrap_or_default();
+        if solve {
+            values.clone_from(&self.values);
+            self.stands = Some((values, cost));
+        }
+        cost
+    }
+
+    /// θ and its slopes along the law's parameters, where the values are.
+    pub(super) fn shape(&mut self) {
+        self.stands = None;
+        self.arch.dispatch(Work { model: self, what: What::Shape });
     }
 
     fn set(&mut self, u: &[f64]) {
@@ -216,166 +315,28 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// θ and its slopes along the law's parameters, everywhere.
-    pub(super) fn shape(&mut self) {
-        let law = self.law.at(&self.values);
-        self.shapes.clear();
-        self.shapes.extend(self.field.fibres().iter().map(|f| law.on(f)));
-        let (fibres, lobes) = (self.shapes.len(), self.terms / self.shapes.len());
-        let places = self.field.places();
-        for (i, places) in places.chunks_exact(fibres).enumerate() {
-            for lobe in 0..lobes {
-                let at = i * self.terms + lobe * fibres;
-                let out = self.theta[at..at + fibres].iter_mut().zip(&mut self.slopes[at..at + fibres]);
-                for ((theta, slopes), (shape, place)) in out.zip(self.shapes.iter().zip(places)) {
-                    *theta = shape.at(lobe, place, slopes);
-                }
-            }
-        }
+    /// The normal matrix of (logarithms of the free parameters, strengths) and the slope of the cost, at the point where the model stands.
+    pub(crate) fn normal(&mut self) -> (&[f64], &[f64]) {
+        self.arch.dispatch(Work { model: self, what: What::Normal });
+        (&self.full, &self.gradient)
     }
 
-    fn column_of(&self, term: usize) -> usize {
+    pub(super) fn column_of(&self, term: usize) -> usize {
         if self.shared { term / self.shapes.len() } else { term }
     }
 
-    /// The columns of sample `i` and which of them are not zero.
-    fn columns_of(&mut self, i: usize) {
-        let fibres = self.shapes.len();
-        self.active.clear();
-        self.column.fill(Vector3::zeros());
-        for term in 0..self.terms {
-            let theta = self.theta[i * self.terms + term];
-            if theta != 0.0 {
-                let c = self.column_of(term);
-                self.column[c] += self.directions[i * fibres + term % fibres] * theta;
-                if self.active.last() != Some(&c) {
-                    self.active.push(c);
-                }
-            }
-        }
-    }
-
-    /// The best strengths for the shape: s = G⁻¹ Φᵀ y. For lengths, the best for the sum of lengths.
-    fn solve_strengths(&mut self) {
-        let q = self.columns;
-        let lengths = self.field.compare() == Compare::Magnitudes;
-        self.gram.fill(0.0);
-        self.strengths.fill(0.0);
-        for i in 0..self.field.len() {
-            self.columns_of(i);
-            let y = &self.field.forces()[i];
-            for (a, &c) in self.active.iter().enumerate() {
-                if lengths {
-                    self.column[c] = Vector3::new(self.column[c].norm(), 0.0, 0.0);
-                    self.strengths[c] += self.column[c].x * y.norm();
-                } else {
-                    self.strengths[c] += self.column[c].dot(y);
-                }
-                for &d in &self.active[..=a] {
-                    let (low, high) = (c.min(d), c.max(d));
-                    self.gram[high * q + low] += self.column[c].dot(&self.column[d]);
-                }
-            }
-        }
-        self.factor.copy_from_slice(&self.gram);
-        self.dropped = cholesky::factor(&mut self.factor, q);
-        cholesky::solve(&self.factor, q, &mut self.strengths);
-    }
-
-    /// The residual for shape and strengths, and its square.
-    fn residue(&mut self) -> f64 {
-        let fibres = self.shapes.len();
-        let lengths = self.field.compare() == Compare::Magnitudes;
-        let mut cost = 0.0;
-        for (i, y) in self.field.forces().iter().enumerate() {
-            let mut f = Vector3::zeros();
-            for (term, theta) in self.theta[i * self.terms..(i + 1) * self.terms].iter().enumerate() {
-                let strength = self.strengths[if self.shared { term / fibres } else { term }];
-                f += self.directions[i * fibres + term % fibres] * (theta * strength);
-            }
-            let r = if lengths { Vector3::new(y.norm() - f.norm(), 0.0, 0.0) } else { y - f };
-            cost += r.norm_squared();
-            self.residual[i] = r;
-        }
-        cost
-    }
-
-    /// The normal matrix of (logarithms of the free parameters, strengths) and the slope of the cost, at the point where the model stands.
-    pub(crate) fn normal(&mut self) -> (&[f64], &[f64]) {
-        let (p, q) = (self.free.len(), self.columns);
-        let n = p + q;
-        let fibres = self.shapes.len();
-        let lengths = self.field.compare() == Compare::Magnitudes;
-        // ∂/∂ln(v − o) = (v − o) ∂/∂v
-        let mut factors = [0.0; MAX_PARAMETERS];
-        for (factor, (value, parameter)) in factors.iter_mut().zip(self.values.iter().zip(&self.parameters)) {
-            *factor = value - parameter.origin;
-        }
-        self.full.fill(0.0);
-        self.gradient.fill(0.0);
-        for i in 0..self.field.len() {
-            self.columns_of(i);
-            if self.active.is_empty() {
-                continue;
-            }
-            self.slope.fill(Vector3::zeros());
-            for term in 0..self.terms {
-                let at = i * self.terms + term;
-                if self.theta[at] == 0.0 {
-                    continue;
-                }
-                let pull = self.directions[i * fibres + term % fibres] * self.strengths[self.column_of(term)];
-                for (slope, &k) in self.slope.iter_mut().zip(&self.free) {
-                    *slope += pull * (self.slopes[at][k] * factors[k]);
-                }
-            }
-            if lengths {
-                let f: Vector3<f64> = self.active.iter().map(|&c| self.column[c] * self.strengths[c]).sum();
-                let u = f.try_normalize(NO_DIRECTION).unwrap_or_else(Vector3::zeros);
-                for v in self.slope.iter_mut().chain(&mut self.column) {
-                    *v = Vector3::new(u.dot(v), 0.0, 0.0);
-                }
-            }
-            let r = &self.residual[i];
-            for (k, slope) in self.slope.iter().enumerate() {
-                self.gradient[k] += slope.dot(r);
-                for (l, other) in self.slope[..=k].iter().enumerate() {
-                    self.full[k * n + l] += slope.dot(other);
-                }
-            }
-            for (a, &c) in self.active.iter().enumerate() {
-                let column = self.column[c];
-                self.gradient[p + c] += column.dot(r);
-                let row = (p + c) * n;
-                for (k, slope) in self.slope.iter().enumerate() {
-                    self.full[row + k] += column.dot(slope);
-                }
-                for &d in &self.active[..=a] {
-                    let (low, high) = (c.min(d), c.max(d));
-                    self.full[(p + high) * n + p + low] += column.dot(&self.column[d]);
-                }
-            }
-        }
-        for i in 0..n {
-            for j in 0..i {
-                self.full[j * n + i] = self.full[i * n + j];
-            }
-        }
-        (&self.full, &self.gradient)
+    pub(super) fn compares_lengths(&self) -> bool {
+        !self.lengths.is_empty()
     }
 }
 
 impl LeastSquares for Model<'_> {
     fn cost(&mut self, u: &[f64]) -> f64 {
-        self.evaluations += 1;
         self.set(u);
-        self.shape();
-        if self.eliminate {
-            self.solve_strengths();
-        } else {
+        if !self.eliminate {
             self.strengths.copy_from_slice(&u[self.free.len()..]);
         }
-        self.residue()
+        self.evaluate(self.eliminate)
     }
 
     fn linearise(&mut self, jtj: &mut [f64], jtr: &mut [f64]) {
@@ -404,6 +365,11 @@ impl LeastSquares for Model<'_> {
                 jtj[k * p + l] = self.full[k * n + l] - both;
             }
         }
+    }
+
+    fn is_known(&self, _: &[f64], cost: f64) -> bool {
+        // A lower cost may still fall.
+        self.best.as_ref().is_some_and(|(values, least)| cost >= *least && self.same_end(values, *least, cost))
     }
 
     fn rounding(&self) -> f64 {

@@ -40,6 +40,8 @@ pub enum Stop {
     Step,
     /// The cost does not fall any more.
     Cost,
+    /// Beside a minimum that an earlier start found: this one leads to the same.
+    Known,
     /// The residual is made of rounding errors.
     Exact,
     /// No unknown was free.
@@ -78,6 +80,10 @@ pub trait LeastSquares {
     fn linearise(&mut self, jtj: &mut [f64], jtr: &mut [f64]);
     /// Costs below this are rounding errors.
     fn rounding(&self) -> f64;
+    /// Whether `u` with this cost is beside a minimum that is known already, so that going on would tell nothing.
+    fn is_known(&self, _u: &[f64], _cost: f64) -> bool {
+        false
+    }
 }
 
 /// Room for the iteration: made once, used for many starts.
@@ -123,6 +129,9 @@ pub fn minimise(
     let (mut damping, mut growth) = (settings.damping, 2.0);
     'linearise: loop {
         let end = |cost, evaluations, linearisations, stop| Descent { cost, evaluations, linearisations, stop };
+        if problem.is_known(u, cost) {
+            return end(cost, evaluations, linearisations, Stop::Known);
+        }
         problem.linearise(&mut room.jtj, &mut room.jtr);
         linearisations += 1;
         if !room.jtj.iter().chain(&room.jtr).all(|v| v.is_finite()) {

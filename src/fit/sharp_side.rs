@@ -20,8 +20,10 @@ impl Model<'_> {
         let fibres = self.field.fibres().len();
         let lateral = |term: usize| self.field.places()[term].lateral;
         // A sharp law has one lobe: terms are pairs of a sample and a fibre, as places are.
+        let pulls: Vec<Vector3<f64>> =
+            (0..self.field.places().len()).map(|t| self.pull(t % fibres, t / fibres)).collect();
         let mut order: Vec<usize> =
-            (0..self.theta.len()).filter(|&t| self.theta[t] != 0.0 && lateral(t) <= high).collect();
+            (0..pulls.len()).filter(|&t| pulls[t] != Vector3::zeros() && lateral(t) <= high).collect();
         order.sort_unstable_by(|a, b| lateral(*a).total_cmp(&lateral(*b)));
         let q = self.columns();
         let lengths = self.field.compare() == Compare::Magnitudes;
@@ -35,7 +37,7 @@ impl Model<'_> {
             let y = &self.field.forces()[i];
             let size = |v: &Vector3<f64>| if lengths { Vector3::new(v.norm(), 0.0, 0.0) } else { *v };
             let before = columns[i * q + c];
-            let after = before + self.directions[term] * self.theta[term];
+            let after = before + pulls[term];
             let change = size(&after) - size(&before);
             right[c] += if lengths { change.x * y.norm() } else { change.dot(y) };
             gram[c * q + c] += size(&after).norm_squared() - size(&before).norm_squared();

@@ -1,9 +1,16 @@
 //! The anatomical muscle: windows of two hyperbolic tangents along and across the fibre, and perhaps a second one at the bone.
 
+#![expect(
+    clippy::inline_always,
+    reason = "only what is inlined into the dispatched function is compiled for wide registers"
+)]
+
 use serde::{Deserialize, Serialize};
 
+use super::elementary::exp;
 use super::fibre::Place;
 use super::parameter::{Parameter, Scale};
+use super::wide::{Slopes, Spread, all};
 
 /// Where the window along the fibre is cut off: (5.3) as printed switches the whole muscle off, and its text contradicts it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -113,13 +120,18 @@ impl Anatomical {
     /// The law on any fibre.
     pub(crate) fn on(&self) -> Windows {
         let (centre, moves) = match self.lobe {
-            None | Some(Lobe::AtAttachment) => (-1.0, false),
-            Some(Lobe::At(distance)) => (-distance, true),
+            None | Some(Lobe::AtAttachment) => (-1.0, 0.0),
+            Some(Lobe::At(distance)) => (-distance, 1.0),
+        };
+        let [above, up_to] = match self.reading {
+            Reading::InFront => [-1.0, f64::INFINITY],
+            Reading::UpToInsertion => [f64::NEG_INFINITY, 0.0],
         };
         Windows {
             along: Window::new(self.sr, self.wr, self.raw),
             across: Window::new(self.sa, self.wa, self.raw),
-            reading: self.reading,
+            above,
+            up_to,
             centre,
             moves,
         }
@@ -131,56 +143,69 @@ impl Anatomical {
 pub struct Windows {
     along: Window,
     across: Window,
-    reading: Reading,
+    /// The muscle itself pulls where `above` < ε ≤ `up_to`.
+    above: f64,
+    up_to: f64,
+    /// Where the second lobe's centre is, and whether (1 or 0) that is a parameter.
     centre: f64,
-    moves: bool,
+    moves: f64,
 }
 
 impl Windows {
-    /// θ_r θ_a at a place, and its slopes along the parameters.
-    pub(crate) fn at(&self, place: &Place, by: &mut [f64]) -> f64 {
-        let epsilon = place.along - 1.0;
-        let pulled = match self.reading {
-            Reading::InFront => epsilon > -1.0,
-            Reading::UpToInsertion => epsilon <= 0.0,
-        };
-        if self.moves {
-            by[4] = 0.0;
-        }
-        if !pulled {
-            by[..4].fill(0.0);
-            return 0.0;
-        }
-        self.product(epsilon, place.across, by).0
-    }
-
-    /// The same for the second lobe, which no reading of (5.3) cuts off.
-    pub(crate) fn lobe_at(&self, place: &Place, by: &mut [f64]) -> f64 {
-        let epsilon = place.along - 1.0 - self.centre;
-        let (value, by_epsilon) = self.product(epsilon, place.across, by);
-        if self.moves {
-            // ε − centre grows with the distance of the centre from the insertion.
-            by[4] = by_epsilon;
-        }
-        value
-    }
-
-    /// The product of both windows, its slopes along sr, wr, sa, wa, and its slope along ε.
-    fn product(&self, epsilon: f64, gamma: f64, by: &mut [f64]) -> (f64, f64) {
-        let Some(r) = self.along.at(epsilon) else {
-            by[..4].fill(0.0);
-            return (0.0, 0.0);
-        };
-        let Some(a) = self.across.at(gamma) else {
-            by[..4].fill(0.0);
-            return (0.0, 0.0);
-        };
+    /// The product of both windows, its slopes along sr, wr, sa, wa, and its slope along ε times `moves`.
+    #[inline(always)]
+    fn product(&self, epsilon: f64, gamma: f64, moves: f64) -> (f64, Slopes) {
+        let (r, a) = (self.along.at(epsilon), self.across.at(gamma));
         let value = r.value * a.value;
-        by[0] = value * r.log_by_steepness;
-        by[1] = value * r.log_by_width;
-        by[2] = value * a.log_by_steepness;
-        by[3] = value * a.log_by_width;
-        (value, value * r.log_by_distance)
+        let by = [
+            value * r.log_by_steepness,
+            value * r.log_by_width,
+            value * a.log_by_steepness,
+            value * a.log_by_width,
+            value * (moves * r.log_by_distance),
+        ];
+        (value, by)
+    }
+}
+
+impl Spread for Windows {
+    /// ε and γ.
+    #[inline(always)]
+    fn coordinates(place: &Place) -> [f64; 2] {
+        [place.along - 1.0, place.across]
+    }
+
+    #[inline(always)]
+    fn pulls(&self, [epsilon, gamma]: [f64; 2]) -> bool {
+        all([epsilon > self.above, epsilon <= self.up_to, self.along.reaches(epsilon), self.across.reaches(gamma)])
+    }
+
+    /// θ_r θ_a, and its slopes along the parameters.
+    #[inline(always)]
+    fn value(&self, [epsilon, gamma]: [f64; 2]) -> (f64, Slopes) {
+        self.product(epsilon, gamma, 0.0)
+    }
+}
+
+/// The second lobe, which no reading of (5.3) cuts off.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SecondLobe(pub(super) Windows);
+
+impl Spread for SecondLobe {
+    #[inline(always)]
+    fn coordinates(place: &Place) -> [f64; 2] {
+        Windows::coordinates(place)
+    }
+
+    #[inline(always)]
+    fn pulls(&self, [epsilon, gamma]: [f64; 2]) -> bool {
+        all([self.0.along.reaches(epsilon - self.0.centre), self.0.across.reaches(gamma)])
+    }
+
+    #[inline(always)]
+    fn value(&self, [epsilon, gamma]: [f64; 2]) -> (f64, Slopes) {
+        // ε − centre grows with the distance of the centre from the insertion.
+        self.0.product(epsilon - self.0.centre, gamma, self.0.moves)
     }
 }
 
@@ -190,7 +215,8 @@ struct Window {
     steepness: f64,
     per_steepness: f64,
     b: f64,
-    e_b: f64,
+    /// e⁻²ᴮ.
+    e_2b: f64,
     /// (1 + e⁻ᴮ)², times the peak when raw.
     scale: f64,
     /// −2 e⁻ᴮ/(1 + e⁻ᴮ), plus ∂ ln peak/∂B when raw.
@@ -208,9 +234,6 @@ struct WindowValue {
 /// Where a window has fallen below e^−45 of its peak it is zero.
 const TAIL: f64 = 45.0;
 
-/// B beyond which e⁻ᴬ e⁻ᴮ is nothing beside 1 wherever the window is not.
-const STEEP: f64 = 300.0;
-
 impl Window {
     fn new(steepness: f64, width: f64, raw: bool) -> Self {
         let b = steepness * width;
@@ -224,38 +247,35 @@ impl Window {
             steepness,
             per_steepness: 1.0 / steepness,
             b,
-            e_b,
+            e_2b: e_b * e_b,
             scale,
             log_by_b: log_peak_by_b - 2.0 * e_b / (1.0 + e_b),
         }
     }
 
-    /// The window at a signed distance from its centre; `None` in its tail.
-    #[inline]
-    fn at(&self, distance: f64) -> Option<WindowValue> {
+    /// Whether a distance lies before the window's tail.
+    #[inline(always)]
+    fn reaches(&self, distance: f64) -> bool {
+        2.0 * self.steepness * distance.abs() - self.b <= TAIL
+    }
+
+    /// The window at a signed distance from its centre.
+    #[inline(always)]
+    fn at(&self, distance: f64) -> WindowValue {
         let a = 2.0 * self.steepness * distance.abs();
-        if a - self.b > TAIL {
-            return None;
-        }
-        let (share, near, far, rest) = if self.b < STEEP {
-            // One quotient: it is what takes the time.
-            let e_a = (-a).exp();
-            let (sum, product) = (e_a + self.e_b, e_a * self.e_b);
-            let rest = 1.0 + product;
-            let inverse = 1.0 / (sum * rest);
-            (e_a * rest * inverse, product * sum * inverse, self.e_b * rest * inverse, sum * inverse)
-        } else {
-            // e⁻ᴬ and e⁻ᴮ may both be zero, but not their ratio, and their product is nothing.
-            let ratio = (a - self.b).exp();
-            let share = 1.0 / (1.0 + ratio);
-            (share, 0.0, ratio * share, 1.0)
-        };
+        // With ρ = e^(A − B), which is a number also where e⁻ᴬ and e⁻ᴮ are nothing:
+        // e⁻ᴬ/(e⁻ᴬ + e⁻ᴮ) = 1/(1 + ρ) and 1/(1 + e⁻ᴬe⁻ᴮ) = ρ/(ρ + e⁻²ᴮ). One quotient: it is what takes the time.
+        let ratio = exp(a - self.b);
+        let (beside, below) = (1.0 + ratio, ratio + self.e_2b);
+        let inverse = 1.0 / (beside * below);
+        let (share, rest) = (below * inverse, ratio * beside * inverse);
+        let (near, far) = (self.e_2b * beside * inverse, ratio * share);
         let (by_a, by_b) = (near - far, near + far + self.log_by_b);
-        Some(WindowValue {
+        WindowValue {
             value: self.scale * share * rest,
             log_by_steepness: (a * by_a + self.b * by_b) * self.per_steepness,
             log_by_width: self.steepness * by_b,
-            log_by_distance: 2.0 * self.steepness * by_a * distance.signum(),
-        })
+            log_by_distance: 2.0 * self.steepness * by_a * if distance < 0.0 { -1.0 } else { 1.0 },
+        }
     }
 }

@@ -137,6 +137,7 @@ impl Fibre {
     ///
     /// Differs from the thesis: (3.13) prints p = (x − A) − ρ m̂, which is not perpendicular to the fibre, and (5.6), (5.7) divide by
     /// the length of a unit vector (`docs/errata.md`).
+    #[inline]
     pub fn place(&self, x: &Point3<f64>) -> Place {
         let from_point = self.attachment - x;
         let distance = from_point.norm();

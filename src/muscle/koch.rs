@@ -1,11 +1,18 @@
 //! Koch's muscle: sines along the fibre, a cosine bell across it.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+#![expect(
+    clippy::inline_always,
+    reason = "only what is inlined into the dispatched function is compiled for wide registers"
+)]
+
+use std::f64::consts::{FRAC_PI_2, LN_2, PI};
 
 use serde::{Deserialize, Serialize};
 
+use super::elementary::{exp, sin_cos_of_right_angles};
 use super::fibre::Place;
 use super::parameter::{Parameter, Scale};
+use super::wide::{Slopes, Spread, all};
 
 /// Koch, Gross and Bosshard's muscle (1998). Thesis (3.10)–(3.20).
 ///
@@ -50,29 +57,49 @@ impl Koch {
         vec![K.at(self.k), WIDTH.at(self.width)]
     }
 
-    /// θ_r θ_a at a place, and its slopes along `k` and `width`.
-    pub(crate) fn at(&self, place: &Place, by: &mut [f64]) -> f64 {
-        by[..2].fill(0.0);
-        let (t, gamma) = (place.along, place.lateral / self.width);
-        if t <= 0.0 || gamma >= 1.0 {
-            return 0.0;
-        }
-        let q = t.powf(self.k);
-        if q >= 2.0 {
-            return 0.0;
-        }
-        let (sin_half, cos_half) = (FRAC_PI_2 * q).sin_cos();
+    /// The law on any fibre.
+    pub(crate) fn on(&self) -> Bell {
+        Bell { k: self.k, log_width: self.width.ln(), per_width: 1.0 / self.width }
+    }
+}
+
+/// [`Koch`] with what it needs of its width.
+#[derive(Clone, Copy, Debug)]
+pub struct Bell {
+    k: f64,
+    log_width: f64,
+    per_width: f64,
+}
+
+impl Spread for Bell {
+    /// ln ε, which is no number behind the attachment, and ln ω.
+    #[inline(always)]
+    fn coordinates(place: &Place) -> [f64; 2] {
+        [place.along.ln(), place.lateral.ln()]
+    }
+
+    #[inline(always)]
+    fn pulls(&self, [log_along, log_lateral]: [f64; 2]) -> bool {
+        all([log_along > f64::NEG_INFINITY, log_along * self.k < LN_2, log_lateral < self.log_width])
+    }
+
+    /// θ_r θ_a, and its slopes along `k` and `width`.
+    #[inline(always)]
+    fn value(&self, [log_along, log_lateral]: [f64; 2]) -> (f64, Slopes) {
+        let q = exp(self.k * log_along);
+        let log_gamma = log_lateral - self.log_width;
+        let (sin_half, cos_half) = sin_cos_of_right_angles(q);
         // sin(2πq − π/2) = −cos(2πq), and the angle 2πq is four times π/2 q.
         let cos_pi = 1.0 - 2.0 * sin_half * sin_half;
         let sin_pi = 2.0 * sin_half * cos_half;
         let radial = sin_half + 0.25 * sin_pi * sin_pi;
         let radial_by_q = FRAC_PI_2 * cos_half + 0.5 * PI * sin_pi * cos_pi;
-        let bell = gamma.powf(BELL);
-        let (sin, cos) = (PI * bell).sin_cos();
+        let bell = exp(BELL * log_gamma);
+        let (sin, cos) = sin_cos_of_right_angles(2.0 * bell);
         let lateral = 0.5 * (cos + 1.0);
-        by[0] = radial_by_q * q * t.ln() * lateral;
         // ∂γ^1.8/∂width = −1.8 γ^1.8 / width
-        by[1] = radial * 0.5 * PI * sin * BELL * bell / self.width;
-        radial * lateral
+        let by_k = radial_by_q * q * log_along * lateral;
+        let by_width = radial * 0.5 * PI * sin * BELL * bell * self.per_width;
+        (radial * lateral, [by_k, by_width, 0.0, 0.0, 0.0])
     }
 }

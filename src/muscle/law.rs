@@ -1,14 +1,21 @@
 //! One call for every muscle law: its kind, its shape parameters, its force and the slopes of the force.
 
+#![expect(
+    clippy::inline_always,
+    reason = "only what is inlined into the dispatched function is compiled for wide registers"
+)]
+
 use nalgebra::{Point3, Vector3};
+use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
-use super::anatomical::{Anatomical, Lobe, Reading, Windows};
+use super::anatomical::{Anatomical, Lobe, Reading, SecondLobe, Windows};
 use super::fibre::{Fibre, Place};
-use super::koch::Koch;
+use super::koch::{Bell, Koch};
 use super::parameter::{LawError, MAX_PARAMETERS, Parameter};
 use super::waters_linear::{Direction, Sector, WatersLinear};
 use super::waters_sheet::{Rectangle, WatersSheet};
+use super::wide::{LANES, Spread, fill, fill_points};
 
 /// The four laws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -177,9 +184,29 @@ impl MuscleLaw {
         match self {
             Self::WatersLinear(law) => Shape::Sector(law.on(fibre)),
             Self::WatersSheet(law) => Shape::Rectangle(law.on()),
-            Self::Koch(law) => Shape::Koch(*law),
+            Self::Koch(law) => Shape::Bell(law.on()),
             Self::Anatomical(law) => Shape::Windows(law.on()),
         }
+    }
+
+    /// What of a place beside a fibre the law depends on: two numbers, whatever its shape parameters.
+    pub(crate) fn coordinates(&self, place: &Place) -> [f64; 2] {
+        match self {
+            Self::WatersLinear(_) => Sector::coordinates(place),
+            Self::WatersSheet(_) => Rectangle::coordinates(place),
+            Self::Koch(_) => Bell::coordinates(place),
+            Self::Anatomical(_) => Windows::coordinates(place),
+        }
+    }
+
+    /// Force on many points for a strength of 1 N, in N: [`MuscleLaw::force`] of each.
+    pub(crate) fn forces(&self, fibre: &Fibre, points: &[Point3<f64>]) -> Vec<Vector3<f64>> {
+        let mut theta = vec![0.0; points.len().next_multiple_of(LANES)];
+        Arch::new().dispatch(Shares { law: self, fibre, points, theta: &mut theta });
+        let force = |(x, share): (&Point3<f64>, &f64)| {
+            if *share == 0.0 { Vector3::zeros() } else { self.direction(fibre, x) * *share }
+        };
+        points.iter().zip(&theta).map(force).collect()
     }
 
     /// Unit vector in which a point is pulled.
@@ -216,6 +243,29 @@ impl MuscleLaw {
     }
 }
 
+/// θ at many points.
+struct Shares<'a> {
+    law: &'a MuscleLaw,
+    fibre: &'a Fibre,
+    points: &'a [Point3<f64>],
+    theta: &'a mut [f64],
+}
+
+impl WithSimd for Shares<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { law, fibre, points, theta } = self;
+        match law.on(fibre) {
+            Shape::Sector(sector) => fill_points(sector, fibre, points, theta),
+            Shape::Rectangle(rectangle) => fill_points(rectangle, fibre, points, theta),
+            Shape::Bell(bell) => fill_points(bell, fibre, points, theta),
+            Shape::Windows(windows) => fill_points(windows, fibre, points, theta),
+        }
+    }
+}
+
 /// A law on one fibre, ready to be evaluated at many places.
 #[derive(Clone, Copy, Debug)]
 pub enum Shape {
@@ -224,7 +274,7 @@ pub enum Shape {
     /// Of Waters' sheet muscle.
     Rectangle(Rectangle),
     /// Of Koch's muscle.
-    Koch(Koch),
+    Bell(Bell),
     /// Of the anatomical muscle.
     Windows(Windows),
 }
@@ -232,14 +282,28 @@ pub enum Shape {
 impl Shape {
     /// θ at a place, the share of the strength that acts there, and its slopes along the shape parameters. `lobe` is 0 for the
     /// muscle itself and 1 for a second lobe.
-    #[inline]
     pub fn at(&self, lobe: usize, place: &Place, by: &mut [f64; MAX_PARAMETERS]) -> f64 {
+        let (value, slopes) = match self {
+            Self::Sector(sector) => sector.at(Sector::coordinates(place)),
+            Self::Rectangle(rectangle) => rectangle.at(Rectangle::coordinates(place)),
+            Self::Bell(bell) => bell.at(Bell::coordinates(place)),
+            Self::Windows(windows) if lobe == 0 => windows.at(Windows::coordinates(place)),
+            Self::Windows(windows) => SecondLobe(*windows).at(Windows::coordinates(place)),
+        };
+        *by = slopes;
+        value
+    }
+
+    /// The same at many places, a multiple of [`LANES`], known by their [`MuscleLaw::coordinates`]: all places' slopes
+    /// along the first parameter, then along the next.
+    #[inline(always)]
+    pub(crate) fn over(&self, lobe: usize, coordinates: [&[f64]; 2], theta: &mut [f64], slopes: &mut [f64]) {
         match self {
-            Self::Sector(sector) => sector.at(place, by),
-            Self::Rectangle(rectangle) => rectangle.at(place, by),
-            Self::Koch(koch) => koch.at(place, by),
-            Self::Windows(windows) if lobe == 0 => windows.at(place, by),
-            Self::Windows(windows) => windows.lobe_at(place, by),
+            Self::Sector(sector) => fill(*sector, coordinates, theta, slopes),
+            Self::Rectangle(rectangle) => fill(*rectangle, coordinates, theta, slopes),
+            Self::Bell(bell) => fill(*bell, coordinates, theta, slopes),
+            Self::Windows(windows) if lobe == 0 => fill(*windows, coordinates, theta, slopes),
+            Self::Windows(windows) => fill(SecondLobe(*windows), coordinates, theta, slopes),
         }
     }
 }

@@ -20,6 +20,7 @@
 //! ```
 
 pub mod anatomical;
+mod elementary;
 pub mod fibre;
 pub mod koch;
 pub mod law;
@@ -27,6 +28,7 @@ pub mod of_face;
 pub mod parameter;
 pub mod waters_linear;
 pub mod waters_sheet;
+pub(crate) mod wide;
 
 pub use anatomical::{Anatomical, Lobe, Reading};
 pub use fibre::{Fibre, FibreError, Place};

@@ -1,11 +1,18 @@
 //! Waters' linear muscle: fibres from one point of the bone fan out over a sector of a disc.
 
+#![expect(
+    clippy::inline_always,
+    reason = "only what is inlined into the dispatched function is compiled for wide registers"
+)]
+
 use std::f64::consts::FRAC_PI_2;
 
 use serde::{Deserialize, Serialize};
 
+use super::elementary::sin_cos_of_right_angles;
 use super::fibre::{Fibre, Place};
 use super::parameter::{Parameter, Scale};
+use super::wide::{Slopes, Spread, all};
 
 /// Where a point is pulled. The thesis leaves the direction of f_ji in (3.5) open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -80,27 +87,31 @@ pub struct Sector {
     cos_phi_by_zone: f64,
 }
 
-impl Sector {
-    /// θ_a θ_r at a place, and its slopes along `reach` and `zone`.
-    pub(crate) fn at(&self, place: &Place, by: &mut [f64]) -> f64 {
-        by[..2].fill(0.0);
-        let (c, r) = (self.cos_phi, place.reach);
-        if place.cos_angle < c || r > self.reach {
-            return 0.0;
-        }
-        let angular = (place.cos_angle - c) / (1.0 - c);
+impl Spread for Sector {
+    /// cos β and r.
+    #[inline(always)]
+    fn coordinates(place: &Place) -> [f64; 2] {
+        [place.cos_angle, place.reach]
+    }
+
+    #[inline(always)]
+    fn pulls(&self, [cos_angle, r]: [f64; 2]) -> bool {
+        all([cos_angle >= self.cos_phi, r <= self.reach])
+    }
+
+    /// θ_a θ_r, and its slopes along `reach` and `zone`.
+    #[inline(always)]
+    fn value(&self, [cos_angle, r]: [f64; 2]) -> (f64, Slopes) {
+        let per_zone = 1.0 / (1.0 - self.cos_phi);
+        let angular = (cos_angle - self.cos_phi) * per_zone;
         // ∂θ_a/∂cos φ = (cos β − 1) / (1 − cos φ)²
-        let angular_by_zone = (place.cos_angle - 1.0) / ((1.0 - c) * (1.0 - c)) * self.cos_phi_by_zone;
-        let (radial, radial_by_reach) = if r <= 1.0 {
-            (((1.0 - r) * FRAC_PI_2).cos(), 0.0)
-        } else {
-            // u = (r − 1)/(R − 1), ∂u/∂R = −u/(R − 1)
-            let u = (r - 1.0) / (self.reach - 1.0);
-            let (sin, cos) = (u * FRAC_PI_2).sin_cos();
-            (cos, sin * FRAC_PI_2 * u / (self.reach - 1.0))
-        };
-        by[0] = angular * radial_by_reach;
-        by[1] = angular_by_zone * radial;
-        angular * radial
+        let angular_by_zone = (cos_angle - 1.0) * (per_zone * per_zone) * self.cos_phi_by_zone;
+        // Beyond the insertion u = (r − 1)/(R − 1), ∂u/∂R = −u/(R − 1).
+        let per_reach = 1.0 / (self.reach - 1.0);
+        let beyond = r > 1.0;
+        let u = if beyond { (r - 1.0) * per_reach } else { 1.0 - r };
+        let (sin, radial) = sin_cos_of_right_angles(u);
+        let radial_by_reach = if beyond { sin * FRAC_PI_2 * u * per_reach } else { 0.0 };
+        (angular * radial, [angular * radial_by_reach, angular_by_zone * radial, 0.0, 0.0, 0.0])
     }
 }

@@ -1,11 +1,18 @@
 //! Waters' sheet muscle: parallel fibres over a rectangle.
 
+#![expect(
+    clippy::inline_always,
+    reason = "only what is inlined into the dispatched function is compiled for wide registers"
+)]
+
 use std::f64::consts::FRAC_PI_2;
 
 use serde::{Deserialize, Serialize};
 
+use super::elementary::{exp, sin_cos_of_right_angles};
 use super::fibre::Place;
 use super::parameter::{Parameter, Scale};
+use super::wide::{Slopes, Spread, all};
 
 /// Waters' sheet muscle. Thesis (3.6)–(3.9).
 ///
@@ -57,7 +64,8 @@ impl WatersSheet {
         let power = self.delta.powf(self.n);
         Rectangle {
             law: *self,
-            span: power - 1.0,
+            log_delta: self.delta.ln(),
+            per_span: 1.0 / (power - 1.0),
             power_by_n: power * self.delta.ln(),
             power_by_delta: self.n * power / self.delta,
         }
@@ -68,31 +76,37 @@ impl WatersSheet {
 #[derive(Clone, Copy, Debug)]
 pub struct Rectangle {
     law: WatersSheet,
-    span: f64,
+    log_delta: f64,
+    /// 1 / (δⁿ − 1).
+    per_span: f64,
     power_by_n: f64,
     power_by_delta: f64,
 }
 
-impl Rectangle {
-    /// θ(λ) at a place, and its slopes along `n`, `delta` and `half_width` (which has none).
-    pub(crate) fn at(&self, place: &Place, by: &mut [f64]) -> f64 {
-        by[..3].fill(0.0);
-        let lambda = place.along;
-        if lambda <= 0.0 || lambda > self.law.delta || place.lateral > self.law.half_width {
-            return 0.0;
-        }
-        let power = lambda.powf(self.law.n);
-        let power_by_n = power * lambda.ln();
-        if lambda <= 1.0 {
-            let (sin, cos) = (FRAC_PI_2 * (1.0 - power)).sin_cos();
-            by[0] = sin * FRAC_PI_2 * power_by_n;
-            return cos;
-        }
-        let u = (power - 1.0) / self.span;
-        let (sin, cos) = (FRAC_PI_2 * u).sin_cos();
-        let slope = -sin * FRAC_PI_2 / self.span;
-        by[0] = slope * (power_by_n - u * self.power_by_n);
-        by[1] = -slope * u * self.power_by_delta;
-        cos
+impl Spread for Rectangle {
+    /// ln λ, which is no number behind the attachment, and the distance to the side.
+    #[inline(always)]
+    fn coordinates(place: &Place) -> [f64; 2] {
+        [place.along.ln(), place.lateral]
+    }
+
+    #[inline(always)]
+    fn pulls(&self, [log_lambda, lateral]: [f64; 2]) -> bool {
+        all([log_lambda > f64::NEG_INFINITY, log_lambda <= self.log_delta, lateral <= self.law.half_width])
+    }
+
+    /// θ(λ), and its slopes along `n`, `delta` and `half_width` (which has none).
+    #[inline(always)]
+    fn value(&self, [log_lambda, _]: [f64; 2]) -> (f64, Slopes) {
+        let power = exp(self.law.n * log_lambda);
+        let power_by_n = power * log_lambda;
+        let beyond = log_lambda > 0.0;
+        let u = if beyond { (power - 1.0) * self.per_span } else { 1.0 - power };
+        let (sin, cos) = sin_cos_of_right_angles(u);
+        let slope = sin * FRAC_PI_2;
+        let outer = slope * self.per_span;
+        let by_n = if beyond { outer * (u * self.power_by_n - power_by_n) } else { slope * power_by_n };
+        let by_delta = if beyond { outer * u * self.power_by_delta } else { 0.0 };
+        (cos, [by_n, by_delta, 0.0, 0.0, 0.0])
     }
 }
