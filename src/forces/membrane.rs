@@ -59,8 +59,8 @@ struct Element {
 pub struct Membrane {
     sheet: Sheet,
     elements: Vec<Element>,
-    /// cos θ and sin θ of the fibres.
-    fibres: Vec<Vector2<f64>>,
+    /// cos² θ, cos θ sin θ and sin² θ of the fibres.
+    fibres: Vec<[f64; 3]>,
     vertices: usize,
 }
 
@@ -102,9 +102,12 @@ impl Membrane {
         });
         let elements = elements.collect();
         let step = std::f64::consts::PI / sheet.directions.max(1) as f64;
-        let fibres =
-            (0..sheet.directions.max(1)).map(|k| Vector2::new((step * k as f64).cos(), (step * k as f64).sin()));
-        Self { fibres: fibres.collect(), sheet, elements, vertices: mesh.len() }
+        let squares = |k: usize| {
+            let (sin, cos) = (step * k as f64).sin_cos();
+            [cos * cos, cos * sin, sin * sin]
+        };
+        let fibres = (0..sheet.directions.max(1)).map(squares).collect();
+        Self { fibres, sheet, elements, vertices: mesh.len() }
     }
 
     /// What it is made of.
@@ -171,7 +174,7 @@ impl Membrane {
             let answer = if whole { self.answer::<2>(&f) } else { self.answer::<3>(&f) };
             let stiff = OPENING * self.toe_kpa();
             let pushes = self.opening(e, x).1 != 0.0;
-            let area = [0, 1, 2].map(|i| e.area_slope(x, i));
+            let area = if pushes { [0, 1, 2].map(|i| e.area_slope(x, i)) } else { [Vector3::zeros(); 3] };
             let block = |i: usize, j: usize| {
                 let (g, h) = (e.slopes[i], e.slopes[j]);
                 let mut k = Matrix3::zeros();
@@ -186,7 +189,10 @@ impl Membrane {
                 }
                 k * e.millijoule_per_kpa
             };
-            add(number, e.corners, [0, 1, 2].map(|i| [0, 1, 2].map(|j| block(i, j))));
+            let [k00, k01, k02, k11, k12, k22] =
+                [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(|(i, j)| block(i, j));
+            let rows = [[k00, k01, k02], [k01.transpose(), k11, k12], [k02.transpose(), k12.transpose(), k22]];
+            add(number, e.corners, rows);
         }
     }
 
@@ -227,38 +233,53 @@ impl Membrane {
         }
     }
 
+    /// With C = FᵀF a fibre is stretched by λ = √(nᵀ C n). P = F S with S = Σ (σ/λ) n nᵀ, and ∂²W/∂Fₐ∂F_b = S_ab I + F T_ab Fᵀ with
+    /// T_abcd = Σ (σ' − σ/λ)/λ² nₐ n_b n_c n_d, which has five numbers: one for each count of y among its indices.
     fn of_fibres<const ORDER: u8>(&self, f: &[Vector3<f64>; 2]) -> Answer {
         let mut answer = Answer::none();
         let weight = 3.0 / self.fibres.len() as f64;
         let toe = self.toe_kpa();
-        for n in &self.fibres {
-            let along = f[0] * n.x + f[1] * n.y;
-            let stretch = along.norm();
+        let [c00, c01, c11] = [f[0].dot(&f[0]), f[0].dot(&f[1]), f[1].dot(&f[1])];
+        let (mut pull, mut even, mut along) = ([0.0; 3], [0.0; 3], [0.0; 5]);
+        for &[xx, xy, yy] in &self.fibres {
+            let stretch = (c00 * xx + 2.0 * c01 * xy + c11 * yy).max(0.0).sqrt();
             let [energy, stress, slope] = self.sheet.curve.energy_stress_slope_kpa(stretch - 1.0);
             answer.energy += weight * energy;
             if ORDER == 0 || stretch < 1e-9 {
                 continue;
             }
-            for a in 0..2 {
-                answer.stress[a] += along * (weight * stress * n[a] / stretch);
+            let squares = [xx, xy, yy];
+            let secant = weight * stress / stretch;
+            for (to, n) in pull.iter_mut().zip(squares) {
+                *to += secant * n;
             }
-            let k = match ORDER {
-                2 => {
-                    along * along.transpose() * ((slope - stress / stretch) / (stretch * stretch))
-                        + Matrix3::from_diagonal_element(stress / stretch)
-                }
-                3 => {
-                    let [even, more] = positive_stiffness([0.0, stress, slope], toe, stretch);
-                    Matrix3::from_diagonal_element(even) + along * along.transpose() * more
-                }
+            let [sideways, more] = match ORDER {
+                2 => [secant, (weight * slope - secant) / (stretch * stretch)],
+                3 => positive_stiffness([0.0, stress, slope], toe, stretch).map(|k| weight * k),
                 _ => continue,
             };
-            for a in 0..2 {
-                for b in 0..2 {
-                    answer.stiffness[a][b] += k * (weight * n[a] * n[b]);
-                }
+            for (to, n) in even.iter_mut().zip(squares) {
+                *to += sideways * n;
+            }
+            for (to, n) in along.iter_mut().zip([xx * xx, xx * xy, xx * yy, xy * yy, yy * yy]) {
+                *to += more * n;
             }
         }
+        if ORDER == 0 {
+            return answer;
+        }
+        answer.stress = [f[0] * pull[0] + f[1] * pull[1], f[0] * pull[1] + f[1] * pull[2]];
+        if ORDER == 1 {
+            return answer;
+        }
+        let (f00, f11) = (f[0] * f[0].transpose(), f[1] * f[1].transpose());
+        let both = f[0] * f[1].transpose();
+        let both = both + both.transpose();
+        let of = |k: usize| {
+            f00 * along[k] + both * along[k + 1] + f11 * along[k + 2] + Matrix3::from_diagonal_element(even[k])
+        };
+        let [k00, k01, k11] = [0, 1, 2].map(of);
+        answer.stiffness = [[k00, k01], [k01, k11]];
         answer
     }
 

@@ -1,11 +1,10 @@
 //! Where a membrane comes to rest under loads: Newton's method over the same bones and skull as the springs'.
 
-use faer::linalg::solvers::Solve;
-use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
-use faer::sparse::{SparseColMat, SymbolicSparseColMat};
-use faer::{Mat, Side};
+use std::collections::HashMap;
+
 use nalgebra::{Matrix2, Matrix3, Matrix3x2, Point3, Vector3};
 
+use super::block_cholesky::{Block, BlockCholesky, Slot};
 use super::equilibrium::{Ended, Equilibrium};
 use super::line_search::Search;
 use super::newton::OutOfMemory;
@@ -15,21 +14,22 @@ use crate::forces::Membrane;
 /// Finds equilibria of a membrane; the pattern of its matrix is ordered once.
 #[derive(Debug)]
 pub struct MembraneSolver {
-    /// Number of each free vertex among the free ones.
-    unknown: Vec<Option<u32>>,
-    freedoms: usize,
-    /// Edges of the mesh and, for every element, those of its sides 01, 12, 20.
-    edges: Vec<[u32; 2]>,
-    sides: Vec<[u32; 3]>,
-    /// Rank of each edge's block below the diagonal of its column, where both ends are free.
-    rank: Vec<Option<u32>>,
-    pattern: SymbolicSparseColMat<usize>,
-    symbolic: SymbolicLlt<usize>,
+    stiffness: Freedom,
     search: Search,
+    forces: Vec<Vector3<f64>>,
     /// Newton steps at most.
     pub iterations: usize,
     /// Length of the last Newton step that counts as none, mm.
     pub tolerance_mm: f64,
+}
+
+/// How vertices can move.
+#[derive(Debug)]
+enum Freedom {
+    /// On a surface.
+    Sliding(Box<Stiffness<2>>),
+    /// Anywhere.
+    Free(Box<Stiffness<3>>),
 }
 
 /// No vertex goes further in one iteration, mm.
@@ -41,52 +41,11 @@ impl MembraneSolver {
     /// # Errors
     /// Where memory for the matrix is not to be had.
     pub fn new(membrane: &Membrane, system: &System) -> Result<Self, OutOfMemory> {
-        let freedoms = system.freedoms();
-        let mut unknown = vec![None; system.len()];
-        let mut count = 0_u32;
-        for (slot, _) in unknown.iter_mut().zip(system.free()).filter(|(_, free)| **free) {
-            *slot = Some(count);
-            count += 1;
-        }
-        let ends = |t: [u32; 3]| [(0, 1), (1, 2), (2, 0)].map(|(i, j)| [t[i].min(t[j]), t[i].max(t[j])]);
-        let mut edges: Vec<[u32; 2]> = membrane.corners().flat_map(ends).collect();
-        edges.sort_unstable();
-        edges.dedup();
-        let number = |e: [u32; 2]| edges.binary_search(&e).unwrap_or(0) as u32;
-        let sides = membrane.corners().map(|t| ends(t).map(number)).collect();
-        let mut below: Vec<Vec<u32>> = vec![Vec::new(); count as usize];
-        let rank = edges
-            .iter()
-            .map(|&[a, b]| {
-                let (a, b) = (unknown[a as usize]?, unknown[b as usize]?);
-                let column = &mut below[a as usize];
-                column.push(b);
-                Some(column.len() as u32 - 1)
-            })
-            .collect();
-        let (mut columns, mut rows) = (vec![0], Vec::new());
-        for (u, others) in below.iter().enumerate() {
-            for c in 0..freedoms {
-                rows.extend((c..freedoms).map(|r| u * freedoms + r));
-                rows.extend(others.iter().flat_map(|&b| (0..freedoms).map(move |r| b as usize * freedoms + r)));
-                columns.push(rows.len());
-            }
-        }
-        let size = count as usize * freedoms;
-        let pattern = SymbolicSparseColMat::new_checked(size, size, columns, None, rows);
-        let symbolic = SymbolicLlt::try_new(pattern.as_ref(), Side::Lower).map_err(|_| OutOfMemory)?;
-        Ok(Self {
-            unknown,
-            freedoms,
-            edges,
-            sides,
-            rank,
-            pattern,
-            symbolic,
-            search: Search::default(),
-            iterations: 200,
-            tolerance_mm: 1e-5,
-        })
+        let stiffness = match system.freedoms() {
+            2 => Freedom::Sliding(Box::new(Stiffness::new(membrane, system)?)),
+            _ => Freedom::Free(Box::new(Stiffness::new(membrane, system)?)),
+        };
+        Ok(Self { stiffness, search: Search::default(), forces: Vec::new(), iterations: 200, tolerance_mm: 1e-5 })
     }
 
     /// The equilibrium found from a start. `system` says what pulls, which vertices are free and what they slide on; its springs are not
@@ -96,38 +55,35 @@ impl MembraneSolver {
         let work = |x: &[Point3<f64>]| -> f64 {
             x.iter().zip(system.rest()).enumerate().map(|(i, (x, x0))| system.given(i).dot(&(x - x0))).sum()
         };
-        let mut forces = Vec::new();
-        let pull = |x: &[Point3<f64>], forces: &mut Vec<Vector3<f64>>| {
-            let energy = membrane.forces(x, None, forces) - work(x);
-            for (i, f) in forces.iter_mut().enumerate() {
-                *f += system.given(i);
-            }
-            energy
-        };
-        let mut energy = pull(&x, &mut forces);
+        let Self { stiffness, search, forces, .. } = self;
+        let mut energy = pulls(membrane, system, &x, forces) - work(&x);
         let mut iterations = 0;
-        self.search.begin();
+        search.begin();
         let ended = loop {
             if iterations >= self.iterations {
                 break Ended::OutOfIterations;
             }
-            let found =
-                [true, false].into_iter().find_map(|whole| self.direction(membrane, system, &x, &forces, whole));
-            let Some(direction) = found else { break Ended::NoFactor };
+            // With the whole stiffness first, which may be indefinite; then with its positive part.
+            let found = [true, false].into_iter().any(|whole| {
+                stiffness.factorize(membrane, system, &x, forces, whole)
+                    && stiffness.direction(forces, &mut search.direction)
+            });
+            if !found {
+                break Ended::NoFactor;
+            }
             iterations += 1;
-            self.search.direction = direction;
-            let longest = self.search.longest_mm();
+            let longest = search.longest_mm();
             let shortened = (LONGEST_MM / longest).min(1.0);
-            for d in &mut self.search.direction {
+            for d in &mut search.direction {
                 *d *= shortened;
             }
-            let slope = self.search.slope(&forces);
-            let found = self.search.descend(system, &mut x, energy, slope, |x| membrane.energy(x) - work(x));
+            let slope = search.slope(forces);
+            let found = search.descend(system, &mut x, energy, slope, |x| membrane.energy(x) - work(x));
             let Some((share, _)) = found else {
                 break if longest < self.tolerance_mm { Ended::Converged } else { Ended::Stalled };
             };
-            energy = pull(&x, &mut forces);
-            if self.search.arrived(longest, share, self.tolerance_mm, false) {
+            energy = pulls(membrane, system, &x, forces) - work(&x);
+            if search.arrived(longest, share, self.tolerance_mm, false) {
                 break Ended::Converged;
             }
         };
@@ -138,77 +94,187 @@ impl MembraneSolver {
         Equilibrium { iterations, residual_n, energy_mj: energy, ended, folded, positions: x }
     }
 
-    fn direction(
-        &self,
+    /// The stiffness at some places, factored: for many small changes of the loads. None where it has no factor.
+    pub fn tangent(&mut self, membrane: &Membrane, system: &System, x: &[Point3<f64>]) -> Option<MembraneTangent<'_>> {
+        pulls(membrane, system, x, &mut self.forces);
+        let Self { stiffness, forces, .. } = self;
+        [true, false]
+            .into_iter()
+            .any(|whole| stiffness.factorize(membrane, system, x, forces, whole))
+            .then_some(MembraneTangent { stiffness })
+    }
+}
+
+/// What pulls on every vertex, skin and loads together, N; and the elastic energy, mJ.
+fn pulls(membrane: &Membrane, system: &System, x: &[Point3<f64>], forces: &mut Vec<Vector3<f64>>) -> f64 {
+    let energy = membrane.forces(x, None, forces);
+    for (i, f) in forces.iter_mut().enumerate() {
+        *f += system.given(i);
+    }
+    energy
+}
+
+/// The stiffness of a membrane on its bones at some places, factored once: the second derivative H of its energy within the surface, or its
+/// positive part where the whole has no factor.
+#[derive(Debug)]
+pub struct MembraneTangent<'a> {
+    stiffness: &'a mut Freedom,
+}
+
+impl MembraneTangent<'_> {
+    /// How far each vertex goes, mm, for a small change of the loads, N: H⁻¹ Δf. False where a number is no number.
+    pub fn moved(&mut self, change: &[Vector3<f64>], out: &mut Vec<Vector3<f64>>) -> bool {
+        self.stiffness.direction(change, out)
+    }
+}
+
+impl Freedom {
+    fn factorize(
+        &mut self,
         membrane: &Membrane,
         system: &System,
         x: &[Point3<f64>],
         forces: &[Vector3<f64>],
         whole: bool,
-    ) -> Option<Vec<Vector3<f64>>> {
-        let mut diagonal = vec![Matrix3::zeros(); x.len()];
-        let mut beside = vec![Matrix3::zeros(); self.edges.len()];
-        membrane.stiffness(x, None, whole, |element, corners, k| {
-            let Some(sides) = self.sides.get(element) else { return };
-            for c in 0..3 {
-                diagonal[corners[c] as usize] += k[c][c];
-                let d = (c + 1) % 3;
-                let (low, high) = if corners[c] < corners[d] { (c, d) } else { (d, c) };
-                beside[sides[c] as usize] += k[low][high];
-            }
-        });
-        let k = self.freedoms;
-        let mut bases = vec![Matrix3::identity(); x.len()];
-        let columns = self.pattern.col_ptr();
-        let mut values = vec![0.0; self.pattern.row_idx().len()];
-        let mut right = Mat::<f64>::zeros(self.pattern.nrows(), 1);
-        for (i, u) in self.unknown.iter().enumerate() {
-            let Some(u) = u.map(|u| u as usize) else { continue };
-            let mut block = diagonal[i];
-            if let (2, Some((normal, curvature))) = (k, system.surface(i, &x[i])) {
-                let across = if normal.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
-                let t = normal.cross(&across).normalize();
-                bases[i] = Matrix3::from_columns(&[t, normal.cross(&t), normal]);
-                // What presses on the surface follows its slope.
-                let pull = curvature * normal.dot(&forces[i]);
-                block += if whole { pull } else { positive_within(&pull, &bases[i]) };
-            }
-            let inside = bases[i].transpose() * block * bases[i];
-            for c in 0..k {
-                let at = columns[u * k + c];
-                for r in c..k {
-                    values[at + r - c] = inside[(r, c)];
-                }
-                right[(u * k + c, 0)] = bases[i].column(c).dot(&forces[i]);
-            }
+    ) -> bool {
+        match self {
+            Self::Sliding(stiffness) => stiffness.factorize(membrane, system, x, forces, whole),
+            Self::Free(stiffness) => stiffness.factorize(membrane, system, x, forces, whole),
         }
-        for ((&[a, b], rank), block) in self.edges.iter().zip(&self.rank).zip(&beside) {
-            let (Some(rank), Some(u)) = (rank, self.unknown[a as usize]) else { continue };
-            let between = bases[b as usize].transpose() * block.transpose() * bases[a as usize];
-            for c in 0..k {
-                let at = columns[u as usize * k + c] + (k - c) + *rank as usize * k;
-                for r in 0..k {
-                    values[at + r] = between[(r, c)];
-                }
-            }
+    }
+
+    fn direction(&mut self, forces: &[Vector3<f64>], out: &mut Vec<Vector3<f64>>) -> bool {
+        match self {
+            Self::Sliding(stiffness) => stiffness.direction(forces, out),
+            Self::Free(stiffness) => stiffness.direction(forces, out),
         }
-        let matrix = SparseColMat::new(self.pattern.clone(), values);
-        let factor = Llt::try_new_with_symbolic(self.symbolic.clone(), matrix.as_ref(), Side::Lower).ok()?;
-        let solution = factor.solve(&right);
-        let mut out = vec![Vector3::zeros(); x.len()];
-        for (i, u) in self.unknown.iter().enumerate() {
-            let Some(u) = u.map(|u| u as usize) else { continue };
-            for c in 0..k {
-                out[i] += bases[i].column(c) * solution[(u * k + c, 0)];
-            }
-        }
-        out.iter().all(|d| d.iter().all(|c| c.is_finite())).then_some(out)
     }
 }
 
-/// The positive part of a symmetric matrix within the plane of the first two columns of a basis.
-fn positive_within(m: &Matrix3<f64>, basis: &Matrix3<f64>) -> Matrix3<f64> {
-    let plane = Matrix3x2::from_columns(&[basis.column(0), basis.column(1)]);
+/// The matrix in the K coordinates in which each vertex can move.
+#[derive(Debug)]
+struct Stiffness<const K: usize> {
+    /// Number of each free vertex among the free ones.
+    unknown: Vec<Option<u32>>,
+    /// Edges of the mesh, where the block of each stands if both its ends are free, and for every element its sides 01, 12, 20.
+    edges: Vec<[u32; 2]>,
+    slots: Vec<Option<Slot>>,
+    sides: Vec<[u32; 3]>,
+    /// Blocks of the vertices and of the edges in space.
+    own: Vec<Matrix3<f64>>,
+    between: Vec<Matrix3<f64>>,
+    /// The directions in which each vertex can move.
+    bases: Vec<[Vector3<f64>; K]>,
+    matrix: BlockCholesky<K>,
+    right: Vec<f64>,
+}
+
+impl<const K: usize> Stiffness<K> {
+    fn new(membrane: &Membrane, system: &System) -> Result<Self, OutOfMemory> {
+        let mut unknown = vec![None; system.len()];
+        let mut count = 0_u32;
+        for (slot, _) in unknown.iter_mut().zip(system.free()).filter(|(_, free)| **free) {
+            *slot = Some(count);
+            count += 1;
+        }
+        let ends = |t: [u32; 3]| [(0, 1), (1, 2), (2, 0)].map(|(i, j)| [t[i].min(t[j]), t[i].max(t[j])]);
+        let mut edges: Vec<[u32; 2]> = membrane.corners().flat_map(ends).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        let number: HashMap<[u32; 2], u32> = edges.iter().enumerate().map(|(k, e)| (*e, k as u32)).collect();
+        let sides = membrane.corners().map(|t| ends(t).map(|e| number.get(&e).copied().unwrap_or(0))).collect();
+        let pair = |e: &[u32; 2]| Some([unknown[e[0] as usize]?, unknown[e[1] as usize]?]);
+        let pairs: Vec<[u32; 2]> = edges.iter().filter_map(pair).collect();
+        let matrix = BlockCholesky::new(count as usize, &pairs).ok_or(OutOfMemory)?;
+        let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+        Ok(Self {
+            slots: edges.iter().map(|e| matrix.slot(pair(e)?)).collect(),
+            own: vec![Matrix3::zeros(); unknown.len()],
+            between: vec![Matrix3::zeros(); edges.len()],
+            bases: vec![std::array::from_fn(|c| axes[c]); unknown.len()],
+            right: vec![0.0; count as usize * K],
+            unknown,
+            edges,
+            sides,
+            matrix,
+        })
+    }
+
+    /// The factor at `x`, where the `forces` (N) are left; with the whole stiffness and curvature of the surface, or their positive part.
+    fn factorize(
+        &mut self,
+        membrane: &Membrane,
+        system: &System,
+        x: &[Point3<f64>],
+        forces: &[Vector3<f64>],
+        whole: bool,
+    ) -> bool {
+        self.own.fill(Matrix3::zeros());
+        self.between.fill(Matrix3::zeros());
+        membrane.stiffness(x, None, whole, |element, corners, k| {
+            let Some(sides) = self.sides.get(element) else { return };
+            for c in 0..3 {
+                self.own[corners[c] as usize] += k[c][c];
+                let d = (c + 1) % 3;
+                let (low, high) = if corners[c] < corners[d] { (c, d) } else { (d, c) };
+                self.between[sides[c] as usize] += k[low][high];
+            }
+        });
+        self.matrix.clear();
+        for (i, u) in self.unknown.iter().enumerate() {
+            let Some(u) = *u else { continue };
+            let mut block = self.own[i];
+            if let (2, Some((normal, curvature))) = (K, system.surface(i, &x[i])) {
+                let across = if normal.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
+                let t = normal.cross(&across).normalize();
+                let both = [t, normal.cross(&t)];
+                self.bases[i] = std::array::from_fn(|c| both[c]);
+                // What presses on the surface follows its slope.
+                let pull = curvature * normal.dot(&forces[i]);
+                block += if whole { pull } else { positive_within(&pull, both) };
+            }
+            *self.matrix.diagonal(u) = seen_between(&self.bases[i], &block, &self.bases[i]);
+        }
+        for ((&[a, b], slot), block) in self.edges.iter().zip(&self.slots).zip(&self.between) {
+            if let Some(slot) = slot {
+                let (a, b) = (&self.bases[a as usize], &self.bases[b as usize]);
+                self.matrix.add(*slot, &seen_between(a, block, b));
+            }
+        }
+        self.matrix.factorize()
+    }
+
+    /// H⁻¹ of these forces, with the last factor; false where a number is no number.
+    fn direction(&mut self, forces: &[Vector3<f64>], out: &mut Vec<Vector3<f64>>) -> bool {
+        for ((u, basis), f) in self.unknown.iter().zip(&self.bases).zip(forces) {
+            let Some(u) = u else { continue };
+            let at = *u as usize * K;
+            for (to, b) in self.right[at..at + K].iter_mut().zip(basis) {
+                *to = b.dot(f);
+            }
+        }
+        self.matrix.solve(&mut self.right);
+        out.clear();
+        out.extend(self.unknown.iter().zip(&self.bases).map(|(u, basis)| {
+            let Some(u) = u else { return Vector3::zeros() };
+            let at = *u as usize * K;
+            basis.iter().zip(&self.right[at..at + K]).map(|(b, value)| b * *value).sum::<Vector3<f64>>()
+        }));
+        out.iter().all(|d| d.iter().all(|c| c.is_finite()))
+    }
+}
+
+/// aᵀ M b, column by column.
+fn seen_between<const K: usize>(a: &[Vector3<f64>; K], m: &Matrix3<f64>, b: &[Vector3<f64>; K]) -> Block<K> {
+    b.map(|b| {
+        let column = m * b;
+        a.map(|a| a.dot(&column))
+    })
+}
+
+/// The positive part of a symmetric matrix within the plane of two directions.
+fn positive_within(m: &Matrix3<f64>, both: [Vector3<f64>; 2]) -> Matrix3<f64> {
+    let plane = Matrix3x2::from_columns(&both);
     let eigen = nalgebra::SymmetricEigen::new(Matrix2::from(plane.transpose() * m * plane));
     let kept = eigen.eigenvalues.map(|l| l.max(0.0));
     plane * eigen.eigenvectors * Matrix2::from_diagonal(&kept) * eigen.eigenvectors.transpose() * plane.transpose()
