@@ -13,7 +13,7 @@ mod stages;
 #[cfg(test)]
 mod tests;
 
-pub use muscles::{MuscleForces, Pulling};
+pub use muscles::{MuscleForces, Pulling, held_by};
 pub use outcome::{ForceField, LandmarkFit, Outcome, Smoothing, Warning};
 pub use peak::Peak;
 pub use samples::Samples;
@@ -40,6 +40,7 @@ pub struct Workspace {
     skin: Option<Kept<SkinInput, Skin>>,
     fill: Option<Kept<FillInput, Fill>>,
     plate: Option<Kept<PlateInput, Option<Plate>>>,
+    muscles: muscles::Ready,
 }
 
 impl Workspace {
@@ -55,7 +56,7 @@ struct Kept<I, T> {
     value: T,
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct CustomizeInput {
     targets: Vec<LandmarkTarget>,
     camera: Camera,
@@ -118,7 +119,7 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
     };
 
     let heights = settings.depth.asks_for_heights();
-    let heights = heights.then(|| kept(&mut workspace.heights, first.clone(), |first| Skull::new(mesh, first)));
+    let heights = heights.then(|| &*kept(&mut workspace.heights, first.clone(), |first| Skull::new(mesh, first)));
     let marked = stages::marked(project, mesh.len(), &mut warnings);
     let measured = stages::place(&marked, &camera, &head.motion, mesh, &first, settings.depth, heights);
     let mut states = stages::known_from_marks(project, mesh.len(), &measured);
@@ -196,7 +197,14 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
         warnings,
     };
     if let FieldWay::Muscles { law, most, .. } = settings.field {
-        muscles::explain(face, &mut outcome, law, most, slopes, errors.as_ref());
+        // Skin that nobody has touched has nothing to explain.
+        let marks = outcome.states.contains(&VertexState::Measured);
+        let input = workspace.customized.as_ref().filter(|_| marks).map(|kept| &kept.from);
+        let tried =
+            input.map(|input| muscles::explain(project, face, &mut outcome, law, most, input, &mut workspace.muscles));
+        if let Some(Err(why)) = tried {
+            outcome.warnings.push(Warning::NoMuscle { why });
+        }
     }
     stages::warn(project, &mut outcome, mesh);
     if let Some(k) = &workspace.customized {
@@ -234,11 +242,11 @@ fn force_field(
 }
 
 /// What was made last time from the same input, or made anew.
-fn kept<I: PartialEq, T>(slot: &mut Option<Kept<I, T>>, from: I, make: impl FnOnce(&I) -> T) -> &T {
+fn kept<I: PartialEq, T>(slot: &mut Option<Kept<I, T>>, from: I, make: impl FnOnce(&I) -> T) -> &mut T {
     let same = slot.take().filter(|k| k.from == from);
     let kept = same.unwrap_or_else(|| {
         let value = make(&from);
         Kept { from, value }
     });
-    &slot.insert(kept).value
+    &mut slot.insert(kept).value
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::camera::Scale;
 use crate::displacement::VertexState;
 use crate::face::FaceModel;
-use crate::pipeline::{self, MuscleForces, Outcome, Peak};
+use crate::pipeline::{MuscleForces, Outcome, Peak};
 use crate::project::{CameraSettings, FaceSource, FramePair, Project, Settings};
 
 /// What the caller knows and the outcome does not.
@@ -127,17 +127,20 @@ struct PeakReport {
 #[derive(Serialize)]
 struct MusclesReport<'a> {
     law: &'static str,
-    share_explained: f64,
+    share_of_motion_explained: f64,
+    left_px: f64,
+    left_over_stated_error: f64,
     pulling: Vec<Pulling<'a>>,
 }
 
 #[derive(Serialize)]
 struct Pulling<'a> {
     muscle: &'a str,
-    strength: f64,
+    activation: f64,
     low: f64,
     high: f64,
-    felt_rms: f64,
+    strength_n: f64,
+    moves_rms_px: f64,
 }
 
 #[derive(Serialize)]
@@ -152,15 +155,21 @@ struct Folded<'a> {
     last_frame: &'a [u32],
 }
 
-fn muscles<'a>(found: &MuscleForces, face: &'a FaceModel) -> MusclesReport<'a> {
-    let one = |p: &pipeline::Pulling| {
-        let (muscle, a) = (face.muscles().get(p.muscle)?.id.as_str(), &p.strength);
-        Some(Pulling { muscle, strength: a.strength_n, low: a.low_n, high: a.high_n, felt_rms: p.felt_n })
-    };
+fn muscles(found: &MuscleForces) -> MusclesReport<'_> {
+    let pulling = found.pulling.iter().map(|p| Pulling {
+        muscle: &p.id,
+        activation: p.activation,
+        low: p.between[0],
+        high: p.between[1],
+        strength_n: p.strength_n,
+        moves_rms_px: p.moves_px,
+    });
     MusclesReport {
         law: found.law.name(),
-        share_explained: found.explained,
-        pulling: found.pulling.iter().filter_map(one).collect(),
+        share_of_motion_explained: found.explained,
+        left_px: found.left_px,
+        left_over_stated_error: found.misfit,
+        pulling: pulling.collect(),
     }
 }
 
@@ -208,7 +217,7 @@ pub fn report(project: &Project, face: &FaceModel, outcome: &Outcome, circumstan
             freedoms: s.weighed.freedoms,
             marks: s.marks,
         }),
-        muscles: outcome.muscles.as_ref().map(|found| muscles(found, face)),
+        muscles: outcome.muscles.as_ref().map(muscles),
         self_check: self_check(outcome),
         outside_skin_table: places(&outcome.field.outside_table),
         folded_triangles: Folded { first_frame: &outcome.fit.folded, last_frame: &outcome.field.folded },

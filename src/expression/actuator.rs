@@ -51,6 +51,16 @@ pub struct Actuator {
 }
 
 impl Actuator {
+    /// Name for people, with the side: `frontalis, venter medialis, left`.
+    pub fn label(&self) -> String {
+        let name = self.name.trim_start_matches("Musculus ");
+        match self.side {
+            Some(Side::Left) => format!("{name}, left"),
+            Some(Side::Right) => format!("{name}, right"),
+            None => name.to_owned(),
+        }
+    }
+
     /// The activation at which its law has this strength (N), as a fit finds it; 0 for an actuator without loads.
     pub fn activation_of_law_strength(&self, newton: f64) -> f64 {
         newton * self.sum_per_law_newton / self.strength_n

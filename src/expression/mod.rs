@@ -28,20 +28,24 @@ pub mod openings;
 pub mod places;
 pub mod player;
 pub mod preset;
+pub mod refined;
 pub mod ring;
 pub mod shown;
 pub mod stage;
 pub mod strength;
 pub mod tissue;
+pub mod tractions;
 
 pub use action_unit::{Basic, Dose};
 pub use actuator::{Actuator, ActuatorError, ActuatorSettings, Actuators, Kind, Loads};
 pub use held::held;
 pub use player::{Player, Sample};
 pub use preset::{Expression, ExpressionError, ExpressionFileError};
+pub use refined::{RefineError, Refined};
 pub use shown::Shown;
 pub use stage::{Holding, Setup, Stage, StageError};
 pub use strength::Evidence;
+pub use tractions::tractions;
 
 #[cfg(test)]
 mod tests;

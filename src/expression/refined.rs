@@ -1,10 +1,10 @@
-//! A face whose every triangle is cut into four, once or more: where a truth is worked out that the face's own mesh cannot hold.
+//! A face whose every triangle is cut into four, once or more: where something is worked out that the face's own mesh cannot hold.
 
 use std::collections::BTreeMap;
 
 use nalgebra::Point3;
 
-use crate::expression::{ActuatorError, Actuators};
+use super::{ActuatorError, Actuators};
 use crate::face::{FaceError, FaceModel, Mesh};
 
 /// A face with a finer mesh. Its first vertices are those of the face, in their order.
@@ -75,7 +75,7 @@ impl Refined {
 }
 
 /// The mesh with a vertex on the middle of every edge (in the order of the edges, after its own) and four triangles for each.
-pub(super) fn halved(mesh: &Mesh) -> Result<Mesh, crate::face::MeshError> {
+pub(crate) fn halved(mesh: &Mesh) -> Result<Mesh, crate::face::MeshError> {
     let mut positions: Vec<Point3<f64>> = mesh.positions().to_vec();
     let at = |v: u32| mesh.positions()[v as usize];
     positions.extend(mesh.edges().iter().map(|&[a, b]| nalgebra::center(&at(a), &at(b))));

@@ -5,15 +5,11 @@ use nalgebra::{Point2, Point3, Vector3};
 
 use super::analysis::{Analysis, Pull};
 use crate::displacement::VertexState;
-use crate::expression::held;
 use crate::face::FaceModel;
-use crate::forces::{Membrane, Skin};
 use crate::muscle::Fibre;
-use crate::pipeline::Outcome;
-use crate::project::{Project, Role};
-use crate::simulate::{
-    Ended, EquilibriumSolver, MembraneSolver, OutOfMemory, SkinLaw, System, SystemError, SystemOptions,
-};
+use crate::pipeline::{Outcome, held_by};
+use crate::project::Project;
+use crate::simulate::{Ended, RestError, SkinAtRest};
 
 /// The last frame twice: as it was marked, and as the forces make it.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,24 +43,15 @@ pub struct Simulated {
     pub folded: usize,
 }
 
-/// Where skin comes to rest, by its model.
-enum Solver<'a> {
-    Springs(Box<EquilibriumSolver>),
-    Membrane(&'a Membrane, Box<MembraneSolver>),
-}
-
 /// Why there is nothing to compare.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ReplayError {
     /// No measured vertex.
     #[error("no feature point is measured, so there is nothing to compare a simulation with")]
     NothingSeen,
-    /// The skin cannot be simulated.
-    #[error("the skin cannot be simulated: {0}")]
-    System(#[from] SystemError),
-    /// Memory.
+    /// The skin cannot come to rest.
     #[error(transparent)]
-    Memory(#[from] OutOfMemory),
+    Rest(#[from] RestError),
 }
 
 /// A list of distances in three numbers, all 0 for an empty one.
@@ -90,18 +77,6 @@ impl Spread {
     }
 }
 
-/// What stays on its bone in a project's simulation: the rim and the corners of the eyes, the still points, for they are skin that the
-/// expression cannot move, and the fixed ones.
-pub fn held_by(project: &Project, face: &FaceModel, first: &[Point3<f64>]) -> Vec<bool> {
-    let mut all = held(face, first);
-    for (&v, feature) in &project.features {
-        if let (Role::Still | Role::Fixed, Some(one)) = (feature.role, all.get_mut(v as usize)) {
-            *one = true;
-        }
-    }
-    all
-}
-
 impl Replay {
     /// Lets the muscles that were found pull ([`pull_of_muscles`], N on every vertex), and the measured forces.
     ///
@@ -123,26 +98,10 @@ impl Replay {
         }
         let mesh = face.mesh();
         let (fixed, settings) = (held_by(project, face, &outcome.first), &project.settings);
-        let options = SystemOptions {
-            law: SkinLaw::Table(settings.skin.clone()),
-            spring_rule: settings.springs,
-            thickness_mm: settings.skin_thickness_mm,
-            pre_tension_kpa: 0.0,
-            ..SystemOptions::default()
-        };
-        let mut system = System::new(mesh, &outcome.first, &fixed, None, options)?;
-        let skin = Skin::new(mesh, &outcome.first, &settings.skin_spec());
-        let mut solver = match skin.membrane() {
-            None => Solver::Springs(Box::new(EquilibriumSolver::new(&system)?)),
-            Some(membrane) => Solver::Membrane(membrane, Box::new(MembraneSolver::new(membrane, &system)?)),
-        };
+        let mut rest = SkinAtRest::new(mesh, &outcome.first, &fixed, &settings.skin_spec())?;
         let normals = mesh.vertex_normals(&outcome.first);
         let mut simulated = |loads: Vec<Vector3<f64>>| -> Result<Simulated, ReplayError> {
-            system.set_loads(loads)?;
-            let found = match &mut solver {
-                Solver::Springs(solver) => solver.solve(&system, &outcome.first),
-                Solver::Membrane(membrane, solver) => solver.solve(membrane, &system, &outcome.first),
-            };
+            let found = rest.solve(loads, &outcome.first).map_err(RestError::from)?;
             Ok(compared(outcome, &points, &normals, found))
         };
         let seen = |v: u32| (outcome.last[v as usize], outcome.first[v as usize]);
@@ -247,10 +206,11 @@ mod tests {
     use crate::face;
     use crate::fit::activations::activations;
     use crate::fit::{Compare, Noise, Sample};
-    use crate::forces::SkinModel;
+    use crate::forces::{Skin, SkinModel};
     use crate::muscle::{LawKind, MuscleLaw};
     use crate::pipeline::{self, ForceField, Workspace};
-    use crate::project::Feature;
+    use crate::project::{Feature, Role};
+    use crate::simulate::{EquilibriumSolver, MembraneSolver, System, SystemOptions};
 
     /// A closed loop that knows nothing of itself: two muscles pull, Newton's method says where the skin goes, F = −K X measures the
     /// forces there, the fit finds the strengths, and the simulation must lead to the same place again.

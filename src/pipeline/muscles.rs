@@ -1,28 +1,38 @@
-//! The muscle-based way to the forces: those of the muscles that explain the measured ones best.
+//! The muscle-based way to the forces: those of the muscles under which the skin comes to rest nearest to where it was seen.
 
-use nalgebra::{DMatrix, Point3, Vector3};
+mod motion;
 
-use super::{Outcome, Samples};
+use nalgebra::{DMatrix, Point2, Point3, Vector3};
+
+use self::motion::{Found, Seen, find};
+use super::{CustomizeInput, Kept, Outcome, kept, stages};
+use crate::expression::{Actuator, held, tractions};
 use crate::face::FaceModel;
-use crate::fit::activations::{Activation, Standing, activations};
 use crate::fit::design::Design;
 use crate::fit::selection::{SelectionSettings, smallest_set};
-use crate::fit::{Compare, Noise};
-use crate::forces::{self, Errors, ForceSlopes};
-use crate::muscle::{Fibre, FibreOf, LawKind, MuscleLaw, fibres};
-use crate::pipeline::samples::Include;
+use crate::fit::{Compare, Noise, Sample, student};
+use crate::forces::{self, SkinSpec};
+use crate::muscle::{LawKind, MuscleLaw};
+use crate::project::{Project, Role};
+use crate::simulate::SkinAtRest;
 
 /// The muscles that stand for the measured forces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MuscleForces {
     /// How each pulls.
     pub law: LawKind,
-    /// Those that pull.
+    /// Those that pull, in the order of the face's actuators.
     pub pulling: Vec<Pulling>,
-    /// Muscles among which they were chosen.
+    /// Muscles among which they were chosen: those that the points can tell anything of.
     pub among: usize,
-    /// Share of the measured forces' part in the skin (its squares) that they explain.
+    /// Share of the points' motion (its squares in the picture, head motion left out) that they explain.
     pub explained: f64,
+    /// Root mean square distance of the points from where they take the skin, px.
+    pub left_px: f64,
+    /// The same over the marks' standard errors, of one coordinate: 1 where these muscles are all that moved the skin.
+    pub misfit: f64,
+    /// Where they take every vertex, mm, head motion left out.
+    pub positions: Vec<Point3<f64>>,
     /// The measured force on every vertex, N, which fits and profiles of muscles go on being made from.
     pub measured: Vec<Vector3<f64>>,
     /// Its standard error, N.
@@ -30,320 +40,282 @@ pub struct MuscleForces {
 }
 
 /// A muscle that pulls.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Pulling {
-    /// Index in [`FaceModel::muscles`].
-    pub muscle: usize,
-    /// Its strength.
-    pub strength: Activation,
-    /// Root mean square of the force that it puts on the believed vertices, N: a muscle beside the marked skin may be strong and do little.
-    pub felt_n: f64,
+    /// Its id, as [`Actuator::id`].
+    pub id: String,
+    /// Its name for people, with the side.
+    pub name: String,
+    /// Share of its full strength.
+    pub activation: f64,
+    /// 95 % interval of the activation.
+    pub between: [f64; 2],
+    /// The sum of what it puts on the skin, N.
+    pub strength_n: f64,
+    /// How far it alone moves the points, root mean square, px.
+    pub moves_px: f64,
 }
 
-/// A muscle is looked for where the believed vertices feel at least this share of its peak on the face. One that they hardly feel would need
-/// thousands of newtons to explain a little noise, and would put them on the skin around.
-const FELT: f64 = 0.2;
+/// What a skin at rest is made from.
+#[derive(Debug, PartialEq)]
+pub(super) struct RestInput {
+    first: Vec<Point3<f64>>,
+    held: Vec<bool>,
+    spec: SkinSpec,
+}
 
-/// Puts the forces of muscles in the place of the measured ones: within the skin of the first frame Σ s_m f_m with the strengths s ≥ 0
-/// that explain the believed forces best, of all muscles that are felt there ([`FELT`]) or of the smallest set of at most `most`; across it, where the skull bears what
-/// no muscle does, what was measured.
+/// What the muscles' loads are made from.
+#[derive(Debug, PartialEq)]
+pub(super) struct LoadsInput {
+    first: Vec<Point3<f64>>,
+    law: LawKind,
+}
+
+/// How a landmark's mark moves every vertex of the first frame, mm per px, along each axis of the picture.
+type LandmarkSlopes = [Vec<Vector3<f64>>; 2];
+
+/// Kept from the last run.
+#[derive(Debug, Default)]
+pub(super) struct Ready {
+    errors: Option<Kept<CustomizeInput, Vec<LandmarkSlopes>>>,
+    rest: Option<Kept<RestInput, Result<SkinAtRest, String>>>,
+    loads: Option<Kept<LoadsInput, Result<Vec<Actuator>, String>>>,
+}
+
+/// A muscle is asked for where it moves a point by at least this share of its largest motion of the skin: one that the points hardly feel would
+/// be made strong to explain a little noise, and would tear at the skin around.
+const FELT: f64 = 0.2;
+/// Newton steps of the skin shorter than this, mm, are none.
+const REST_MM: f64 = 1e-3;
+
+/// What stays on its bone in a project's simulation: the rim and the corners of the eyes, the still points, for they are skin that the
+/// expression cannot move, and the fixed ones.
+pub fn held_by(project: &Project, face: &FaceModel, first: &[Point3<f64>]) -> Vec<bool> {
+    let mut all = held(face, first);
+    for (&v, feature) in &project.features {
+        if let (Role::Still | Role::Fixed, Some(one)) = (feature.role, all.get_mut(v as usize)) {
+            *one = true;
+        }
+    }
+    all
+}
+
+/// Puts the forces of muscles in the place of the measured ones: F = −K X of the skin where the muscles that bring it nearest to the marked
+/// points let it come to rest ([`find`]), of all that the points feel or of the smallest set of at most `most`.
 ///
-/// Standard errors are those of the positions, carried through the forces and the least squares of
-/// the muscles that pull, and times the root of the misfit where that is above 1 (Birge 1932): what the law does not explain counts as
-/// error of the strengths. Nothing is changed where no muscle reaches a believed force.
+/// Neither smoothing nor a rule of depth is asked: an equilibrium has its own depth. Standard errors are those of the marks and of the head's
+/// motion, carried through the linearised equilibrium, and times the misfit where that is above 1 (Birge 1932): what the muscles do not explain
+/// counts as error of their strengths.
+///
+/// # Errors
+/// A sentence that says why the field is left as it was measured.
 pub(super) fn explain(
+    project: &Project,
     face: &FaceModel,
     outcome: &mut Outcome,
     law: LawKind,
     most: Option<u8>,
-    slopes: ForceSlopes<'_>,
-    errors: &dyn Errors,
-) {
-    let samples = Samples::of(outcome, face, Include::Believed);
-    let shape = MuscleLaw::default_of(law);
-    let mut all = fibres(face, &outcome.first).0;
-    let among = all.len();
-    all.retain(|of| {
-        let most = |points: &mut dyn Iterator<Item = &Point3<f64>>| {
-            points.map(|x| shape.force(&of.fibre, x).norm()).fold(0.0, f64::max)
-        };
-        most(&mut samples.samples.iter().map(|s| &s.position)) >= FELT * most(&mut outcome.first.iter())
-    });
-    let lines: Vec<Fibre> = all.iter().map(|of| of.fibre.clone()).collect();
-    let Ok(design) = Design::of(&shape, &lines, &samples.samples, Compare::Tangential) else { return };
-    let found = match most {
-        None => activations(&design, None, Noise::Estimated),
-        Some(most) => {
-            let positions: Vec<Point3<f64>> = samples.samples.iter().map(|s| s.position).collect();
-            let settings = SelectionSettings { most: most.into(), ..SelectionSettings::default() };
-            smallest_set(&design, &positions, &settings).activations
+    customized: &CustomizeInput,
+    ready: &mut Ready,
+) -> Result<(), String> {
+    let slopes = kept(&mut ready.errors, customized.clone(), |input| landmark_slopes(face, input));
+    let errors = stages::landmark_sigmas(project, face).zip(slopes.iter());
+    let mut errors: Vec<Vec<Vector3<f64>>> = errors
+        .flat_map(|(sigma, slopes)| slopes.iter().map(move |slope| slope.iter().map(|d| d * sigma).collect()))
+        .collect();
+    // A vertex that the hand has put in its place in the first frame errs by that mark instead.
+    let own = |v: usize| project.features.get(&(v as u32)).and_then(|f| f.first.as_ref()).filter(|m| m.state.is_data());
+    for v in (0..outcome.first.len()).filter(|v| own(*v).is_some()) {
+        for moved in &mut errors {
+            moved[v] = Vector3::zeros();
         }
-    };
-    let active: Vec<(&FibreOf, Activation)> =
-        all.iter().zip(&found.muscles).filter(|(_, m)| m.standing == Standing::Active).map(|(f, m)| (f, *m)).collect();
-    if active.is_empty() {
-        return;
     }
-    let normals = face.mesh().vertex_normals(&outcome.first);
-    let known: Vec<bool> = outcome.states.iter().map(|s| s.is_known()).collect();
-    // What each muscle does to every known vertex within the skin, a newton of strength.
-    let columns: Vec<Vec<Vector3<f64>>> = active
-        .iter()
-        .map(|(of, _)| {
-            let at = |(v, x): (usize, &Point3<f64>)| {
-                let f = if known[v] { shape.force(&of.fibre, x) } else { Vector3::zeros() };
-                f - normals[v] * normals[v].dot(&f)
-            };
-            outcome.first.iter().enumerate().map(at).collect()
-        })
-        .collect();
-    let field = &mut outcome.field;
-    let strengths: Vec<f64> = active.iter().map(|(_, m)| m.strength_n).collect();
-    let force: Vec<Vector3<f64>> = (0..field.force.len())
-        .map(|v| {
-            let within: Vector3<f64> = columns.iter().zip(&strengths).map(|(c, s)| c[v] * *s).sum();
-            within + normals[v] * normals[v].dot(&field.force[v])
-        })
-        .collect();
-    let weigh = samples.samples.iter().all(|s| s.sigma > 0.0 && s.sigma.is_finite());
-    let weights: Vec<(usize, f64)> = samples
-        .vertices
-        .iter()
-        .zip(&samples.samples)
-        .map(|(v, s)| (*v as usize, if weigh { s.sigma.powi(-2) } else { 1.0 }))
-        .collect();
-    let misfit = if weigh { found.misfit.max(1.0) } else { 1.0 };
-    let covariance = carried(&columns, &weights, &slopes, errors);
-    let across = errors.of_forces(&slopes.along(&normals));
-    let sigma = covariance.map(|covariance| {
-        let of = |v: usize| {
-            let mut within = 0.0;
-            for (a, left) in columns.iter().enumerate() {
-                for (b, right) in columns.iter().enumerate() {
-                    within += covariance[(a, b)] * left[v].dot(&right[v]);
-                }
-            }
-            let across = if known[v] { across[v] } else { 0.0 };
-            (misfit * within.max(0.0) + across * across).sqrt()
-        };
-        (0..normals.len()).map(of).collect()
+    let seen = stages::skin_marks(project, &outcome.states).map(|(v, mark)| {
+        let first = own(v).map_or(0.0, |m| project.sigma_px(m));
+        (v, Point2::from(mark.at_px), project.sigma_px(mark).hypot(first))
     });
-    let felt = |column: &[Vector3<f64>]| {
-        let squares: f64 = weights.iter().map(|(v, _)| column[*v].norm_squared()).sum();
-        (squares / weights.len().max(1) as f64).sqrt()
+    let Some(seen) = Seen::new(&outcome.camera, &outcome.head, &outcome.first, seen, &errors) else {
+        return Err("no point of the skin is marked".to_owned());
     };
-    let pulling = active.iter().zip(&columns).map(|((of, m), column)| Pulling {
-        muscle: of.muscle,
-        strength: *m,
-        felt_n: m.strength_n * felt(column),
+    let first = outcome.first.clone();
+    let input = RestInput { held: held_by(project, face, &first), spec: project.settings.skin_spec(), first };
+    let rest = kept(&mut ready.rest, input, |input| {
+        let mut rest =
+            SkinAtRest::new(face.mesh(), &input.first, &input.held, &input.spec).map_err(|why| why.to_string())?;
+        rest.within(REST_MM);
+        Ok(rest)
     });
-    let pulling = pulling.collect();
+    let rest = rest.as_mut().map_err(|why| why.clone())?;
+    let input = LoadsInput { first: outcome.first.clone(), law };
+    let actuators = kept(&mut ready.loads, input, |input| {
+        tractions(face, &input.first, &MuscleLaw::default_of(law)).map_err(|why| why.to_string())
+    });
+    let actuators = actuators.as_ref().map_err(Clone::clone)?;
+    let loads: Vec<Vec<Vector3<f64>>> = actuators.iter().map(|a| dense(a, outcome.first.len())).collect();
+    let shares = seen.felt(rest, &loads, &outcome.first).ok_or(NO_REST)?;
+    let felt = |j: &usize| shares[*j] >= FELT;
+    let (felt, loads): (Vec<&Actuator>, Vec<_>) =
+        (0..loads.len()).filter(felt).map(|j| (&actuators[j], loads[j].clone())).unzip();
+    if felt.is_empty() {
+        return Err("no muscle moves a marked point".to_owned());
+    }
+    let mut found = find(rest, &loads, &seen, None, None, &outcome.first).ok_or(NO_REST)?;
+    if let Some(most) = most {
+        let chosen = fewest(&found, &seen, &outcome.first, most).map_err(|why| why.to_string())?;
+        found = find(rest, &loads, &seen, Some(&chosen), Some(&found), &outcome.first).ok_or(NO_REST)?;
+    }
+    let covariance = found.covariance().ok_or(NO_REST)?;
+    let (force, sigma, muscles) = said(outcome, rest, &seen, found, &covariance, &felt, law);
+    let normals = face.mesh().vertex_normals(&outcome.first);
     let (in_surface, normal) = forces::split(&force, &normals);
+    let field = &mut outcome.field;
     field.tangential = in_surface.iter().map(Vector3::norm).collect();
     field.normal = normal;
+    // No depth of a mark is asked.
+    field.depth_change.fill(0.0);
     let measured = std::mem::replace(&mut field.force, force);
-    let measured_sigma = match sigma {
-        Some(sigma) => std::mem::replace(&mut field.sigma, sigma),
-        None => field.sigma.clone(),
-    };
-    outcome.muscles = Some(MuscleForces { law, pulling, among, explained: found.r_squared, measured, measured_sigma });
+    let measured_sigma = std::mem::replace(&mut field.sigma, sigma);
+    outcome.muscles = Some(MuscleForces { measured, measured_sigma, ..muscles });
+    Ok(())
 }
 
-/// Covariance of the strengths, N²; none where the columns cannot be told apart.
-///
-/// A change δF of the measured forces changes the strengths by δs = G⁻¹ Σ_i w_i a_i·δF_i, G = Σ_i w_i a_i·a_iᵀ over the samples, and
-/// δF_i = Σ_j B_ij (δx_i − δx_j). So δs = Σ_j T_j·δx_j.
-fn carried(
-    columns: &[Vec<Vector3<f64>>],
-    weights: &[(usize, f64)],
-    slopes: &ForceSlopes<'_>,
-    positions: &dyn Errors,
-) -> Option<DMatrix<f64>> {
-    let k = columns.len();
-    let mut gram = DMatrix::<f64>::zeros(k, k);
-    for &(v, w) in weights {
-        for (a, left) in columns.iter().enumerate() {
-            for (b, right) in columns.iter().enumerate() {
-                gram[(a, b)] += w * left[v].dot(&right[v]);
-            }
+const NO_REST: &str = "the skin finds no rest under the muscles";
+
+/// [`LandmarkSlopes`] of all landmarks, by differences of whole fits. A landmark whose fit cannot be made moves nothing.
+fn landmark_slopes(face: &FaceModel, input: &CustomizeInput) -> Vec<LandmarkSlopes> {
+    const STEP_PX: f64 = 0.5;
+    let base = stages::customized(face.mesh(), input).positions;
+    let moved = |target: usize, axis: usize| {
+        let mut targets = input.targets.clone();
+        targets[target].at_in_image[axis] += STEP_PX;
+        let there = stages::customized(face.mesh(), &CustomizeInput { targets, ..input.clone() }).positions;
+        there.iter().zip(&base).map(|(a, b)| (a - b) / STEP_PX).collect()
+    };
+    (0..input.targets.len()).map(|target| [moved(target, 0), moved(target, 1)]).collect()
+}
+
+/// An actuator's loads at full strength on every vertex, N.
+fn dense(actuator: &Actuator, vertices: usize) -> Vec<Vector3<f64>> {
+    let mut newton = vec![Vector3::zeros(); vertices];
+    for (v, f) in &actuator.loads {
+        newton[*v as usize] = *f;
+    }
+    newton
+}
+
+/// The smallest set of muscles by the motion of the points, made linear where all of them were fitted ([`smallest_set`]).
+fn fewest(
+    found: &Found,
+    seen: &Seen<'_>,
+    first: &[Point3<f64>],
+    most: u8,
+) -> Result<Vec<bool>, crate::fit::design::DesignError> {
+    let aim = &found.off + &found.slopes * &found.activations;
+    // Two coordinates of the picture as a vector that has none across it; the standard error of a vector of two.
+    let at = |v: &nalgebra::DVector<f64>, k: usize, sigma: f64| Vector3::new(v[2 * k], v[2 * k + 1], 0.0) * sigma;
+    let sample = |(k, &(v, _, sigma)): (usize, &(usize, Point2<f64>, f64))| Sample {
+        position: first[v],
+        force: at(&aim, k, sigma),
+        sigma: sigma * std::f64::consts::SQRT_2,
+        normal: Vector3::z(),
+    };
+    let samples: Vec<Sample> = seen.points().iter().enumerate().map(sample).collect();
+    let mut design = Design::new(&samples, Compare::Tangential)?;
+    for slope in found.slopes.column_iter() {
+        let column = slope.into_owned();
+        design.add(seen.points().iter().enumerate().map(|(k, point)| at(&column, k, point.2)));
+    }
+    let positions: Vec<Point3<f64>> = samples.iter().map(|s| s.position).collect();
+    let settings = SelectionSettings { most: most.into(), noise: Noise::Estimated, ..SelectionSettings::default() };
+    let chosen = smallest_set(&design, &positions, &settings).chosen;
+    Ok((0..found.activations.len()).map(|j| chosen.contains(&j)).collect())
+}
+
+/// The muscles' field and its standard errors, N, and the muscles themselves.
+fn said(
+    outcome: &Outcome,
+    rest: &SkinAtRest,
+    seen: &Seen<'_>,
+    found: Found,
+    covariance: &DMatrix<f64>,
+    felt: &[&Actuator],
+    law: LawKind,
+) -> (Vec<Vector3<f64>>, Vec<f64>, MuscleForces) {
+    let (n, x) = (outcome.first.len(), &found.positions);
+    let known: Vec<bool> = outcome.states.iter().map(|s| s.is_known()).collect();
+    let all = vec![true; n];
+    let mut force = Vec::new();
+    rest.skin().muscle_forces(x, &all, &mut force);
+    for (f, known) in force.iter_mut().zip(&known) {
+        if !known {
+            *f = Vector3::zeros();
         }
     }
-    let inverse = gram.cholesky()?.inverse();
-    let mut rows = vec![vec![Vector3::zeros(); slopes.len()]; k];
-    for &(i, w) in weights {
-        for (m, row) in rows.iter_mut().enumerate() {
-            let pull: Vector3<f64> = columns.iter().enumerate().map(|(b, c)| c[i] * (w * inverse[(m, b)])).sum();
-            for (j, block) in slopes.at(i) {
-                let part = block.tr_mul(&pull);
-                row[i] += part;
-                row[j] -= part;
+    let pulls = found.activations.iter().filter(|a| **a > 0.0).count();
+    let freedom = (2 * seen.len()).saturating_sub(pulls).max(1);
+    let misfit = (found.square / freedom as f64).sqrt();
+    let widened = misfit.max(1.0);
+    // What a full activation of each muscle changes of each force: δF_i = Σ_j B_ij (δx_i − δx_j).
+    let slopes = rest.skin().slopes(x, &all);
+    let changed = |v: usize| -> Vec<Vector3<f64>> {
+        let rows: Vec<_> = slopes.at(v).collect();
+        found.moved.iter().map(|d| rows.iter().map(|(j, block)| block * (d[v] - d[*j])).sum()).collect()
+    };
+    let sigma = |v: usize| {
+        if !known[v] {
+            return 0.0;
+        }
+        let of = changed(v);
+        let mut square = 0.0;
+        for (i, left) in of.iter().enumerate() {
+            for (j, right) in of.iter().enumerate() {
+                square += covariance[(i, j)] * left.dot(right);
             }
         }
-    }
-    Some(positions.covariance_of(&rows))
+        widened * square.max(0.0).sqrt()
+    };
+    let sigma = (0..n).map(sigma).collect();
+    let t = student::two_sided_95(None);
+    let rms_px = |whitened: &dyn Fn(usize) -> f64| {
+        let squares = seen
+            .points()
+            .iter()
+            .enumerate()
+            .map(|(k, point)| (whitened(2 * k).powi(2) + whitened(2 * k + 1).powi(2)) * point.2 * point.2);
+        (squares.sum::<f64>() / seen.len() as f64).sqrt()
+    };
+    let pulling = felt.iter().enumerate().filter(|(j, _)| found.activations[*j] > 0.0).map(|(j, actuator)| {
+        let (a, error) = (found.activations[j], widened * covariance[(j, j)].sqrt());
+        Pulling {
+            id: actuator.id.clone(),
+            name: actuator.label(),
+            activation: a,
+            between: [(a - t * error).max(0.0), a + t * error],
+            strength_n: a * actuator.strength_n,
+            moves_px: rms_px(&|row| a * found.slopes[(row, j)]),
+        }
+    });
+    let pulling = pulling.collect();
+    let left_px = rms_px(&|row| found.off[row]);
+    let still = |(v, at, _): &(usize, Point2<f64>, f64)| {
+        let there = outcome.head.motion.last_from_first(&outcome.first[*v]);
+        (at - outcome.camera.image_from_face(&there)).norm_squared()
+    };
+    let motion: f64 = seen.points().iter().map(still).sum();
+    let explained = 1.0 - left_px * left_px * seen.len() as f64 / motion.max(f64::MIN_POSITIVE);
+    let muscles = MuscleForces {
+        law,
+        pulling,
+        among: felt.len(),
+        explained,
+        left_px,
+        misfit,
+        positions: found.positions,
+        measured: Vec::new(),
+        measured_sigma: Vec::new(),
+    };
+    (force, sigma, muscles)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::displacement::VertexState;
-    use crate::face::{self, patches::Noise as Draws};
-    use crate::forces::{Influence, MarkInfluence, Skin, SkinSpec};
-    use crate::pipeline::{self, ForceField, Workspace};
-    use crate::project::{Project, Settings};
-    use nalgebra::Matrix3x2;
-
-    /// The generic face, all of it measured, with the forces that some muscles of the anatomical law make (index, N), and something upright.
-    fn pulled(strengths: &[(usize, f64)]) -> (std::sync::Arc<FaceModel>, Outcome, Vec<Vector3<f64>>) {
-        let face = face::generic();
-        let mut outcome = pipeline::solve(&Project::default(), &face, [1036, 1036], &mut Workspace::default());
-        let normals = face.mesh().vertex_normals(&outcome.first);
-        let law = MuscleLaw::default_of(LawKind::Anatomical);
-        let all = fibres(&face, &outcome.first).0;
-        let force: Vec<Vector3<f64>> = (0..outcome.first.len())
-            .map(|v| {
-                let x = &outcome.first[v];
-                let f: Vector3<f64> = strengths.iter().map(|(m, s)| law.force(&all[*m].fibre, x) * *s).sum();
-                f - normals[v] * normals[v].dot(&f) + normals[v] * 0.01 * (v % 7) as f64
-            })
-            .collect();
-        let n = force.len();
-        outcome.states = vec![VertexState::Measured; n];
-        outcome.border = vec![false; n];
-        outcome.field = ForceField {
-            force: force.clone(),
-            sigma: vec![0.01; n],
-            outside_table: vec![false; n],
-            ..ForceField::default()
-        };
-        (face, outcome, force)
-    }
-
-    /// Positions without error.
-    struct Exact;
-
-    impl Errors for Exact {
-        fn of_forces(&self, slopes: &ForceSlopes<'_>) -> Vec<f64> {
-            vec![0.0; slopes.len()]
-        }
-
-        fn covariance_of(&self, rows: &[Vec<Vector3<f64>>]) -> DMatrix<f64> {
-            DMatrix::zeros(rows.len(), rows.len())
-        }
-    }
-
-    fn skin(face: &FaceModel, at: &[Point3<f64>]) -> Skin {
-        let spec: SkinSpec = Settings::default().skin_spec();
-        Skin::new(face.mesh(), at, &spec)
-    }
-
-    #[test]
-    fn what_muscles_made_is_found_again_and_the_measured_forces_are_kept() {
-        let (face, mut outcome, force) = pulled(&[(0, 0.4), (5, 0.7)]);
-        let skin = skin(&face, &outcome.first);
-        let first = outcome.first.clone();
-        for most in [None, Some(18)] {
-            outcome.field.force.clone_from(&force);
-            explain(&face, &mut outcome, LawKind::Anatomical, most, skin.slopes(&first, &vec![true; 612]), &Exact);
-            let found = outcome.muscles.as_ref().unwrap();
-            let ids: Vec<usize> = found.pulling.iter().map(|p| p.muscle).collect();
-            assert!(ids.contains(&0) && ids.contains(&5) && (found.explained - 1.0).abs() < 1e-9, "{ids:?}");
-            let of = |m: usize| found.pulling.iter().find(|p| p.muscle == m).unwrap().strength.strength_n;
-            assert!((of(0) - 0.4).abs() < 1e-6 && (of(5) - 0.7).abs() < 1e-6);
-            let off = |(a, b): (&Vector3<f64>, &Vector3<f64>)| (a - b).norm();
-            assert!(outcome.field.force.iter().zip(&force).map(off).fold(0.0, f64::max) < 1e-6);
-            assert!(outcome.measured().0 == force, "what was measured is kept");
-        }
-        // The wrong law says less, and the field is that law's: not the measured one.
-        outcome.field.force.clone_from(&force);
-        explain(&face, &mut outcome, LawKind::Koch, None, skin.slopes(&first, &vec![true; 612]), &Exact);
-        assert!(outcome.muscles.as_ref().unwrap().explained < 0.98);
-        assert!(outcome.field.force != force);
-    }
-
-    const DRAWS: usize = 300;
-
-    /// Positions err in ways of their own; in the mean over 300 draws the muscles' forces err by what is stated.
-    #[test]
-    fn standard_errors_are_what_draws_of_the_positions_give() {
-        let (face, outcome, force) = pulled(&[(0, 0.4), (5, 0.7)]);
-        let n = force.len();
-        let first = outcome.first.clone();
-        let skin = skin(&face, &first);
-        let slopes = skin.slopes(&first, &vec![true; n]);
-        let mut draws = Draws(7);
-        // Eighty marks, each on a vertex, with the neighbours following by half.
-        let marked: Vec<u32> = (0..80).map(|k| k * 7 + 20).collect();
-        let mut follows: Vec<Vec<(u32, f64)>> = vec![Vec::new(); n];
-        for (mark, v) in marked.iter().enumerate() {
-            follows[*v as usize].push((mark as u32, 1.0));
-            for j in face.mesh().neighbours(*v as usize) {
-                follows[*j as usize].push((mark as u32, 0.5));
-            }
-        }
-        let slope = |_| Matrix3x2::from_fn(|_, _| draws.uniform());
-        let influence = MarkInfluence {
-            slope_mm_per_px: marked.iter().map(slope).collect(),
-            sigma_px: vec![1e-3; marked.len()],
-            weights: Influence::from_rows(follows.iter().cloned()),
-            common: None,
-        };
-        let mut stated = Vec::new();
-        let mut squares = vec![0.0; n];
-        for _ in 0..DRAWS {
-            let mut shift = vec![Vector3::zeros(); n];
-            let drawn: Vec<Vector3<f64>> = influence
-                .slope_mm_per_px
-                .iter()
-                .map(|s| s * nalgebra::Vector2::new(draws.normal(), draws.normal()) * 1e-3)
-                .collect();
-            for (shift, row) in shift.iter_mut().zip(&follows) {
-                *shift = row.iter().map(|(m, w)| drawn[*m as usize] * *w).sum();
-            }
-            let mut drawn = outcome.clone();
-            for (i, f) in drawn.field.force.iter_mut().enumerate() {
-                *f += slopes.at(i).map(|(j, b)| b * (shift[i] - shift[j])).sum::<Vector3<f64>>();
-            }
-            explain(&face, &mut drawn, LawKind::Anatomical, None, slopes.clone(), &influence);
-            for (s, (a, b)) in squares.iter_mut().zip(drawn.field.force.iter().zip(&force)) {
-                *s += (a - b).norm_squared();
-            }
-            if stated.is_empty() {
-                stated = drawn.field.sigma.clone();
-            }
-        }
-        let drawn: f64 = squares.iter().sum::<f64>() / DRAWS as f64;
-        let said: f64 = stated.iter().map(|s| s * s).sum();
-        assert!((0.85..1.15).contains(&(drawn / said)), "{drawn} {said}");
-    }
-
-    /// Only the forehead is measured, with noise: no muscle of the mouth is made strong to explain it.
-    #[test]
-    fn a_muscle_that_the_measured_skin_hardly_feels_is_left_out() {
-        let (face, mut outcome, _) = pulled(&[(0, 0.4)]);
-        let forehead = face.region("forehead_and_brows");
-        let mut draws = Draws(3);
-        for v in 0..612 {
-            if !forehead.contains(&(v as u32)) {
-                outcome.states[v] = VertexState::Unmeasured;
-            }
-            outcome.field.force[v] += Vector3::new(draws.normal(), draws.normal(), draws.normal()) * 0.05;
-        }
-        let first = outcome.first.clone();
-        let skin = skin(&face, &first);
-        explain(&face, &mut outcome, LawKind::Anatomical, None, skin.slopes(&first, &vec![true; 612]), &Exact);
-        let found = outcome.muscles.as_ref().unwrap();
-        assert!(found.pulling.iter().all(|p| p.strength.strength_n < 1.0), "{:?}", found.pulling);
-        assert!(found.pulling.iter().any(|p| p.muscle == 0) && found.among == 18);
-    }
-
-    #[test]
-    fn without_a_believed_force_nothing_is_changed() {
-        let (face, mut outcome, force) = pulled(&[(0, 0.4)]);
-        outcome.states = vec![VertexState::Unmeasured; force.len()];
-        let first = outcome.first.clone();
-        let skin = skin(&face, &first);
-        explain(&face, &mut outcome, LawKind::Anatomical, None, skin.slopes(&first, &vec![false; 612]), &Exact);
-        assert!(outcome.muscles.is_none() && outcome.field.force == force);
-    }
-}
+mod tests;

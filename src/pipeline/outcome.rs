@@ -86,7 +86,8 @@ pub struct ForceField {
     pub normal: Vec<f64>,
     /// Length of the part in the surface.
     pub tangential: Vec<f64>,
-    /// How far the force moves when the other depth rule is taken: what one camera cannot see.
+    /// How far the force moves when the other depth rule is taken: what one camera cannot see. None of it in the field of muscles, which
+    /// asks for no depth.
     pub depth_change: Vec<f64>,
     /// Sum of the internal forces over the mesh: zero but for rounding, the self-check.
     pub internal_sum: Vector3<f64>,
@@ -192,18 +193,22 @@ pub enum Warning {
         /// The first of them.
         first: PointId,
     },
-    /// The forces shown are those of muscles, and these say little of what was measured.
+    /// The forces shown are those of muscles, and these leave more of the motion than marks err.
     #[error(
-        "The muscles explain {:.0} % of the measured forces in the skin: read their field as theirs, or take another way to the forces.",
-        100.0 * explained
+        "The muscles leave the points {left_px:.1} px off, {misfit:.1} times the stated marking error: try another law, or read their field as theirs alone."
     )]
     MusclesExplainLittle {
-        /// Share explained.
-        explained: f64,
+        /// Root mean square distance of the points from where the muscles take them, px.
+        left_px: f64,
+        /// The same over the stated error.
+        misfit: f64,
     },
-    /// No muscle reaches a force that is believed, so the field is the measured one.
-    #[error("No muscle reaches a measured force: the field is the measured one.")]
-    NoMuscle,
+    /// There is no field of muscles.
+    #[error("The field is the measured one, not that of muscles: {why}.")]
+    NoMuscle {
+        /// Why.
+        why: String,
+    },
     /// The marking error swamps the force.
     #[error(
         "At {sigma_px} px of marking error the median force is {ratio:.1} times its standard error: read the field with its ± only."

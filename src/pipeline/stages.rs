@@ -15,14 +15,14 @@ use crate::displacement::{DepthRule, UnmarkedRule, VertexState};
 use crate::face::mesh::{NONE, doubled_area_vector};
 use crate::face::{FaceModel, Mesh, Skull};
 use crate::forces::{Common, Influence, MarkInfluence, SpreadInfluence};
-use crate::project::{FieldWay, Mark, Project, Role, faults};
+use crate::project::{Mark, Project, Role, faults};
 
 /// Landmark ids of the inner eye corners, which set the scale.
 pub(super) const EYE_CORNERS: [&str; 2] = ["eye_inner_left", "eye_inner_right"];
 /// Share of the picture's height that a face fills before anything is known: as wide as portraits are framed.
 const FACE_SHARE: f64 = 0.75;
-/// Muscles that explain less of the measured forces (their squares) are another field more than the same.
-const EXPLAINS: f64 = 0.5;
+/// Muscles that leave the points so many times their error off are not what moved them.
+const EXPLAINED: f64 = 2.0;
 
 /// The camera with its scale: measured, or assumed from the eye corners, from the landmarks placed so far, or from the picture's height;
 /// and whether it was measured.
@@ -162,6 +162,22 @@ pub(super) fn still_points(project: &Project, first: &[Point3<f64>]) -> Vec<Stil
         sigma_px: project.sigma_px(mark),
     };
     still_marks(project, first.len()).map(point).collect()
+}
+
+/// Standard deviations of the landmarks that count, px, in the order of [`landmark_targets`].
+pub(super) fn landmark_sigmas(project: &Project, face: &FaceModel) -> impl Iterator<Item = f64> {
+    face.landmarks().iter().filter_map(|l| Some(project.sigma_px(landmark_mark(project, &l.id)?)))
+}
+
+/// Vertices of the skin that are measured in the last frame, with their marks.
+pub(super) fn skin_marks<'a>(
+    project: &'a Project,
+    states: &'a [VertexState],
+) -> impl Iterator<Item = (usize, &'a Mark)> {
+    project.features.iter().filter(|(_, f)| f.role == Role::Skin).filter_map(|(&v, f)| {
+        let mark = f.last.as_ref().filter(|m| m.state.is_data())?;
+        (states.get(v as usize) == Some(&VertexState::Measured)).then_some((v as usize, mark))
+    })
 }
 
 /// A mark of the last frame that counts.
@@ -482,12 +498,8 @@ pub(super) fn warn(project: &Project, outcome: &mut Outcome, mesh: &Mesh) {
     {
         found.push(Warning::NoisyField { sigma_px: project.settings.marking_sigma_px, ratio });
     }
-    if matches!(project.settings.field, FieldWay::Muscles { .. }) && marks > 0 {
-        match &outcome.muscles {
-            None => found.push(Warning::NoMuscle),
-            Some(m) if m.explained < EXPLAINS => found.push(Warning::MusclesExplainLittle { explained: m.explained }),
-            Some(_) => {}
-        }
+    if let Some(m) = outcome.muscles.as_ref().filter(|m| m.misfit > EXPLAINED) {
+        found.push(Warning::MusclesExplainLittle { left_px: m.left_px, misfit: m.misfit });
     }
     outcome.warnings.splice(0..0, found);
 }

@@ -411,38 +411,3 @@ fn smoothing_moves_no_fixed_vertex() {
     assert_eq!(outcome.last[112], outcome.first[112]);
     assert_eq!(outcome.smoothing.unwrap().marks, N * N);
 }
-
-/// Muscles are found from the measured forces whatever is shown: fitted to their own field they would explain all of it.
-#[test]
-fn the_field_of_muscles_leaves_the_samples_of_fits_as_they_were() {
-    let (mut p, face) = (crate::project::sample::project().unwrap(), crate::face::generic());
-    let run = |p: &Project| solve(p, &face, [1036, 1036], &mut Workspace::default());
-    p.settings.field = FieldWay::Regularised { weight: WeightRule::Discrepancy };
-    let regularised = run(&p);
-    let law = crate::muscle::LawKind::Anatomical;
-    p.settings.field = FieldWay::Muscles { weight: WeightRule::Discrepancy, law, most: None };
-    let by_muscles = run(&p);
-    let samples = |o: &Outcome| super::Samples::of(o, &face, super::samples::Include::Believed);
-    assert_eq!(samples(&by_muscles), samples(&regularised));
-    let found = by_muscles.muscles.as_ref().unwrap();
-    assert!(found.explained > 0.03 && found.explained < 0.5 && !found.pulling.is_empty(), "{}", found.explained);
-    assert!(by_muscles.warnings.contains(&Warning::MusclesExplainLittle { explained: found.explained }));
-    assert!(found.measured == regularised.field.force);
-    // Within the skin the field is that of the strengths, by the law itself.
-    let normals = face.mesh().vertex_normals(&by_muscles.first);
-    let fibres = crate::muscle::fibres(&face, &by_muscles.first).0;
-    let law = crate::muscle::MuscleLaw::default_of(law);
-    for v in (0..face.mesh().len()).filter(|v| by_muscles.states[*v].is_known()) {
-        let pull: Vector3<f64> = found
-            .pulling
-            .iter()
-            .map(|p| {
-                let of = fibres.iter().find(|f| f.muscle == p.muscle).unwrap();
-                law.force(&of.fibre, &by_muscles.first[v]) * p.strength.strength_n
-            })
-            .sum();
-        let lay = |f: Vector3<f64>| f - normals[v] * normals[v].dot(&f);
-        assert!((lay(by_muscles.field.force[v]) - lay(pull)).norm() < 1e-12);
-        assert!(by_muscles.field.sigma[v].is_finite());
-    }
-}

@@ -195,14 +195,14 @@ pub enum FieldWay {
         #[serde(default)]
         weight: WeightRule,
     },
-    /// The forces of the muscles that explain those of the regularised way best.
+    /// The forces of the muscles under which the skin comes to rest nearest to the points.
     Muscles {
-        /// How smooth the motion of the skin is.
+        /// How smooth the motion of the skin is from which the measured forces are found, which fits go on being made from.
         #[serde(default)]
         weight: WeightRule,
         /// How a muscle pulls on the skin around its fibre.
         law: LawKind,
-        /// At most so many muscles, the smallest set that explains the forces; all that pull where absent.
+        /// At most so many muscles, the smallest set that explains the motion; all that pull where absent.
         #[serde(default)]
         most: Option<u8>,
     },
@@ -267,7 +267,7 @@ impl FieldWay {
                 "F = −K X at the smoothest motion of the skin that the marks allow within their stated error"
             }
             Self::Muscles { .. } => {
-                "The forces of the muscles that explain the regularised ones best: nearer at large marking errors where muscles of this law made them, and wrong where they did not"
+                "The forces of the muscles under which the skin comes to rest nearest to the points: by far the nearest where muscles of this law moved it, and wrong where they did not, which the distance left tells"
             }
         }
     }

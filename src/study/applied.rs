@@ -149,7 +149,7 @@ fn field_words(way: FieldWay) -> String {
         FieldWay::Muscles { law, most, .. } => {
             let most = match most {
                 None => String::new(),
-                Some(u8::MAX) => ", the fewest that explain the forces".to_owned(),
+                Some(u8::MAX) => ", the fewest that explain the motion".to_owned(),
                 Some(n) => format!(", at most {n}"),
             };
             format!("{label}, {}{most}", law.label())

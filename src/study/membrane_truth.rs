@@ -2,8 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::refined::{RefineError, Refined};
-use crate::expression::{ActuatorError, ActuatorSettings, Actuators, Expression};
+use crate::expression::{ActuatorError, ActuatorSettings, Actuators, Expression, RefineError, Refined};
 use crate::face::FaceModel;
 use crate::forces::{Membrane, Sheet};
 use crate::muscle::{LawKind, MuscleLaw};
@@ -102,7 +101,7 @@ impl MembraneFace {
         let areas = mesh.vertex_areas(rest);
         let law = MuscleLaw::default_of(settings.law);
         let mut actuators = Actuators::of(&refined.face, rest, &law, ActuatorSettings::default())?;
-        as_tractions(&mut actuators, &areas);
+        actuators.become_tractions(&areas);
         // Of the system only bones, skull and loads are used, not its springs.
         let options =
             SystemOptions { hold: Hold::Skull, repulsion: None, pre_tension_kpa: 0.0, ..SystemOptions::default() };
@@ -164,30 +163,14 @@ impl MembraneFace {
     }
 }
 
-/// A law's force at a place is a traction: a vertex gets it for its area. The lengths still sum to the muscle's strength, so that the whole pull
-/// of a muscle does not depend on the mesh.
-fn as_tractions(actuators: &mut Actuators, areas: &[f64]) {
-    for actuator in &mut actuators.all {
-        for (v, f) in &mut actuator.loads {
-            *f *= areas[*v as usize];
-        }
-        let sum: f64 = actuator.loads.iter().map(|(_, f)| f.norm()).sum();
-        if sum > 0.0 {
-            for (_, f) in &mut actuator.loads {
-                *f *= actuator.strength_n / sum;
-            }
-            actuator.sum_per_law_newton = sum;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::expression::refined;
     use crate::face::{self, Mesh, patches};
     use crate::forces::Material;
     use crate::skin::{Contraction, StressStrainCurve};
-    use crate::study::{Wish, refined};
+    use crate::study::Wish;
 
     /// Muscles, skull and held vertices are all that pulls on the skin, so they sum to nothing; and where nothing is held, what the skin needs is
     /// what muscles and skull give.

@@ -20,7 +20,6 @@ pub mod marking_trial;
 pub mod membrane_truth;
 pub mod people;
 pub mod points;
-pub mod refined;
 pub mod runner;
 pub mod scaling;
 pub mod scene;

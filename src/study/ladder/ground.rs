@@ -5,13 +5,13 @@ use nalgebra::Point3;
 use super::subject::Subject;
 use crate::camera::Camera;
 use crate::camera::head_motion::FEWEST_STILL_POINTS;
+use crate::expression::Refined;
 use crate::expression::{Basic, Expression};
 use crate::face::FaceModel;
 use crate::forces::Sheet;
 use crate::pipeline::{self, Workspace};
 use crate::project::{Feature, Mark, Project, Role, Settings};
 use crate::study::points::median;
-use crate::study::refined::Refined;
 use crate::study::{MembraneFace, MembraneSettings};
 
 /// A muscle acts where this share of its pull, or more, lies on marked skin.

@@ -33,11 +33,15 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
         rules(ui, settings, law, &laws, commands, |s, law| s.field = FieldWay::Muscles { weight, law, most });
         ui.label("How many muscles");
         let numbers = [
-            (false, "All that pull", "Every muscle gets the strength that explains the forces best, none below zero."),
+            (
+                false,
+                "All that pull",
+                "Every muscle gets the strength with which the skin comes to rest nearest to the points, none below zero.",
+            ),
             (
                 true,
-                "The fewest that explain the forces",
-                "A muscle is added only while it earns its place, by an information criterion and by the error on skin left out.",
+                "The fewest that explain the motion",
+                "A muscle is added only while it earns its place, by an information criterion and by the error on points left out.",
             ),
         ];
         rules(ui, settings, most.is_some(), &numbers, commands, |s, few| {
@@ -77,21 +81,23 @@ fn hint(rule: WeightRule) -> &'static str {
     }
 }
 
-/// Which muscles stand for the measured forces, and how much of them.
+/// Which muscles stand for the measured forces, and how near they take the skin to the points.
 fn found(ui: &mut Ui, scene: Scene<'_>) {
     let Some(muscles) = &scene.outcome.muscles else {
-        ui.label(RichText::new("No muscle reaches a measured force, so the field is the measured one.").weak());
+        ui.label(RichText::new("No muscles are found, so the field is the measured one.").weak());
         return;
     };
-    let most = muscles.pulling.iter().max_by(|a, b| a.felt_n.total_cmp(&b.felt_n));
-    let named = most.and_then(|p| scene.face.muscles().get(p.muscle)).map_or(String::new(), |m| {
-        format!("; most of what they do here is by the {}", crate::muscle_field::fibres::muscle_name(m))
+    let most = muscles.pulling.iter().max_by(|a, b| a.moves_px.total_cmp(&b.moves_px));
+    let named = most.map_or(String::new(), |p| {
+        format!("; the {} moves them most, at {:.0} % of its strength", p.name, 100.0 * p.activation)
     });
     let text = format!(
-        "{} of {} muscles pull{named}. They explain {:.0} % of the measured forces in the skin.",
+        "{} of {} muscles move the points{named}. They leave the points {:.2} px off, {:.1} times the stated error, and explain {:.0} % of the motion.",
         muscles.pulling.len(),
         muscles.among,
-        100.0 * muscles.explained
+        muscles.left_px,
+        muscles.misfit,
+        100.0 * muscles.explained.max(0.0)
     );
     ui.label(RichText::new(text).weak());
 }
