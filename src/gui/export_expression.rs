@@ -1,4 +1,4 @@
-//! Writing a play into a folder of its own: a moving picture, numbered pictures, meshes and tables; the folder appears whole or not at all.
+//! Writing a play into a folder of its own: a moving picture, a film, numbered pictures, meshes and tables; the folder appears whole or not at all.
 
 use std::fs;
 use std::io;
@@ -17,6 +17,7 @@ use crate::export::expression::{self as files, PictureOptions};
 use crate::expression::player::Pace;
 use crate::expression::{Expression, Player, Setup, Shown, Stage};
 use crate::face::FaceModel;
+use crate::frames::film::FilmWriter;
 use crate::project::whole_file;
 
 /// What is exported.
@@ -24,6 +25,8 @@ use crate::project::whole_file;
 pub struct Choice {
     /// A moving picture.
     pub gif: bool,
+    /// A film.
+    pub mp4: bool,
     /// Numbered pictures.
     pub png: bool,
     /// A mesh for each picture.
@@ -40,14 +43,23 @@ pub struct Choice {
 
 impl Default for Choice {
     fn default() -> Self {
-        Self { gif: true, png: false, obj: false, csv: true, seconds: 1.5, per_second: 25, there_and_back: false }
+        Self {
+            gif: true,
+            mp4: false,
+            png: false,
+            obj: false,
+            csv: true,
+            seconds: 1.5,
+            per_second: 25,
+            there_and_back: false,
+        }
     }
 }
 
 impl Choice {
     /// Whether anything would be written.
     pub fn any(&self) -> bool {
-        self.gif || self.png || self.obj || self.csv
+        self.gif || self.mp4 || self.png || self.obj || self.csv
     }
 }
 
@@ -126,7 +138,7 @@ pub fn write(inside: &Path, wanted: &Wanted, progress: &Progress) -> Result<Opti
             put(&format!("mesh_{k:04}.obj"), text.as_bytes())?;
         }
     }
-    if (choice.gif || choice.png) && !pictures(work.path(), wanted, &moments, progress)? {
+    if (choice.gif || choice.mp4 || choice.png) && !pictures(work.path(), wanted, &moments, progress)? {
         return Ok(None);
     }
     let goal = free_name(inside, &wanted.expression.name);
@@ -153,6 +165,7 @@ fn pictures(folder: &Path, wanted: &Wanted, moments: &[Played], progress: &Progr
     if let Some(gif) = &mut gif {
         gif.set_repeat(Repeat::Infinite).map_err(|e| refused(&e))?;
     }
+    let mut film = None;
     for (k, (_, positions, loads)) in moments.iter().enumerate() {
         if progress.is_cancelled() {
             return Ok(false);
@@ -170,12 +183,24 @@ fn pictures(folder: &Path, wanted: &Wanted, moments: &[Played], progress: &Progr
             let bytes = crate::export::png(&drawn).map_err(|e| refused(&e))?;
             fs::write(folder.join(format!("frame_{k:04}.png")), bytes).map_err(|e| refused(&e))?;
         }
+        if choice.mp4 {
+            let writer = match film.take() {
+                Some(writer) => Ok(writer),
+                None => FilmWriter::new(drawn.dimensions().into(), choice.per_second),
+            };
+            let written = writer.and_then(|mut writer| writer.frame(&drawn).map(|()| writer));
+            film = Some(written.map_err(|e| sentence(&e.to_string()))?);
+        }
         if let Some(gif) = &mut gif {
             let moment: RgbaImage = drawn.convert();
             let delay = Delay::from_numer_denom_ms(1000, choice.per_second.max(1));
             gif.encode_frame(Moment::from_parts(moment, 0, 0, delay)).map_err(|e| refused(&e))?;
         }
         progress.set(0.3 + 0.7 * (k + 1) as f64 / moments.len() as f64);
+    }
+    if let Some(film) = film {
+        let bytes = film.finish().map_err(|e| sentence(&e.to_string()))?;
+        fs::write(folder.join("expression.mp4"), bytes).map_err(|e| refused(&e))?;
     }
     Ok(true)
 }
@@ -225,6 +250,7 @@ mod tests {
     use super::*;
     use crate::expression::Basic;
     use crate::face;
+    use crate::frames::film::Film;
     use crate::simulate::Method;
 
     fn wanted(choice: Choice) -> Wanted {
@@ -254,7 +280,7 @@ mod tests {
     #[test]
     fn a_play_is_a_folder_with_everything_that_was_chosen() {
         let dir = tempfile::tempdir().unwrap();
-        let all = Choice { png: true, obj: true, seconds: 0.2, per_second: 10, ..Choice::default() };
+        let all = Choice { mp4: true, png: true, obj: true, seconds: 0.2, per_second: 10, ..Choice::default() };
         let folder = write(dir.path(), &wanted(all), &Progress::default()).unwrap().unwrap();
         assert_eq!(folder, dir.path().join("surprise"));
         assert_eq!(
@@ -262,6 +288,7 @@ mod tests {
             [
                 "energy.csv",
                 "expression.gif",
+                "expression.mp4",
                 "frame_0000.png",
                 "frame_0001.png",
                 "frame_0002.png",
@@ -271,12 +298,38 @@ mod tests {
                 "positions.csv"
             ]
         );
+        // The film shows the numbered pictures.
+        let mut film = Film::open(&folder.join("expression.mp4"), &|| false).unwrap();
+        assert_eq!((film.len(), film.time_s(2)), (3, Some(0.2)));
+        for k in 0..3 {
+            let [read, drawn] = [
+                film.frame(k, &|| false).unwrap(),
+                image::open(folder.join(format!("frame_{k:04}.png"))).unwrap().to_rgb8(),
+            ];
+            let off = |(x, y, p): (u32, u32, &image::Rgb<u8>)| {
+                p.0.iter().zip(read.get_pixel(x, y).0).map(|(a, b)| f64::from(a.abs_diff(b))).sum::<f64>() / 3.0
+            };
+            let mean = drawn.enumerate_pixels().map(off).sum::<f64>() / f64::from(drawn.width() * drawn.height());
+            assert!(mean < 2.0, "frame {k}: {mean}");
+        }
         let energy = fs::read_to_string(folder.join("energy.csv")).unwrap();
         // At rest, and twelve steps of 1/60 s.
         assert_eq!(energy.lines().count(), 1 + 1 + 12, "{energy}");
-        let again = write(dir.path(), &wanted(Choice { gif: false, ..all }), &Progress::default()).unwrap().unwrap();
+        let again = write(dir.path(), &wanted(Choice { gif: false, mp4: false, ..all }), &Progress::default())
+            .unwrap()
+            .unwrap();
         assert_eq!(again, dir.path().join("surprise-2"));
         assert_eq!(names(dir.path()), ["surprise", "surprise-2"], "and nothing else");
+    }
+
+    #[test]
+    fn a_film_that_is_stopped_leaves_nothing() {
+        let dir = tempfile::tempdir().unwrap();
+        let progress = Progress::default();
+        progress.cancel();
+        let choice = Choice { mp4: true, ..Choice::default() };
+        assert_eq!(write(dir.path(), &wanted(choice), &progress), Ok(None));
+        assert!(names(dir.path()).is_empty());
     }
 
     #[test]

@@ -110,6 +110,11 @@ impl Progress {
     pub fn is_cancelled(&self) -> bool {
         self.cancelled.load(Ordering::Relaxed)
     }
+
+    /// Asks the work to stop.
+    pub(super) fn cancel(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
 }
 
 /// What waits for a work.
@@ -218,7 +223,7 @@ impl Jobs {
     pub fn cancel(&mut self, id: u64) -> Option<About> {
         let at = self.running.iter().position(|j| j.id == id)?;
         let job = self.running.remove(at);
-        job.progress.cancelled.store(true, Ordering::Relaxed);
+        job.progress.cancel();
         self.dropped.push(id);
         Some(job.about)
     }

@@ -12,6 +12,7 @@ mod index;
 mod mp4;
 mod parameters;
 mod still;
+mod write;
 
 use std::fs::File;
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
@@ -25,6 +26,7 @@ use super::frame::MAX_SIDE_PX;
 use super::{Frame, FrameSequence};
 
 pub use still::{Origin, still_png};
+pub use write::{FilmWriter, WriteError};
 
 /// Endings of the films that are offered to be opened; any file can be.
 pub const ENDINGS: &[&str] = &["mp4", "mov", "m4v", "avi", "gif", "apng", "mkv", "webm", "mpg", "mpeg", "mts", "wmv"];

@@ -78,6 +78,7 @@ fn export(ui: &mut Ui, view: &mut ExpressionsView, state: &ActionState, commands
         ui.set_min_width(240.0);
         let choice = &mut view.export;
         ui.checkbox(&mut choice.gif, "Moving picture (GIF)");
+        ui.checkbox(&mut choice.mp4, "Film (MP4)");
         ui.checkbox(&mut choice.png, "Numbered pictures (PNG)");
         ui.checkbox(&mut choice.obj, "Meshes (OBJ)");
         ui.checkbox(&mut choice.csv, "Tables (CSV)");
