@@ -161,6 +161,11 @@ pub(super) fn numbers(text: &mut String, values: impl Iterator<Item = f64>) {
     }
 }
 
+/// A number with five significant digits.
+pub(super) fn rounded(value: f64) -> f64 {
+    format!("{value:.4e}").parse().unwrap_or(value)
+}
+
 /// A field as RFC 4180 wants it: in quotes where it holds a comma, a quote or a line's end.
 pub(super) fn quoted(field: &str) -> String {
     if field.contains([',', '"', '\n', '\r']) {

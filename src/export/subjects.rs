@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use image::RgbImage;
 use serde::Serialize;
 
-use super::csv::{numbers, quoted};
+use super::csv::{numbers, quoted, rounded};
 use super::muscles::{Subject, curve_rows, in_pairs, line, observed_rows, profile_chart, title};
 use crate::draw::ColourMap;
 use crate::draw::line_chart::{LineChart, Style};
@@ -15,7 +15,7 @@ use crate::draw::svg::SvgError;
 use crate::fit::{FailedFit, HeldOut, LawFit};
 use crate::muscle_field::fibres::muscle_name;
 use crate::muscle_field::maps::{Maps, MapsError, of_subjects};
-use crate::muscle_field::profiles::{Part, Profile, Way};
+use crate::muscle_field::profiles::{Curve, Part, Profile, Way};
 use crate::muscle_field::subjects::{CURVES, Other, Seen};
 
 /// Header of [`csv`].
@@ -144,14 +144,35 @@ fn profiles(other: &Other, law: usize) -> Vec<(&str, Profile)> {
     other.carried.muscles.iter().flat_map(of).collect()
 }
 
-/// `subject_profiles.csv`: as `profiles.csv`, on the other subjects; `source` is `observed` or `not_fitted`, without a law, or one of [`CURVES`] of
+/// Points of a curve nearer to each other are left out of a table, mm: the mesh is no finer than twice that.
+const CURVE_STEP_MM: f64 = 2.0;
+
+/// A curve with five significant digits, a point every 2 mm at least as far as it goes on, and its last one.
+fn thinned(curve: &Curve) -> Curve {
+    let mut points: Vec<[f64; 2]> = Vec::new();
+    for (k, point) in curve.points.iter().enumerate() {
+        let far = points.last().is_none_or(|last| point[0] - last[0] >= CURVE_STEP_MM || !last[1].is_finite());
+        if far || !point[1].is_finite() || k + 1 == curve.points.len() {
+            points.push(*point);
+        }
+    }
+    Curve { points: points.into_iter().map(|p| p.map(rounded)).collect() }
+}
+
+/// `subject_profiles.csv`: as `profiles.csv`, on the other subjects, curves thinned; `source` is `observed` or `not_fitted`, without a law, or one of [`CURVES`] of
 /// a law.
 pub fn profiles_csv(others: &[Other]) -> String {
     let mut text = format!("{SUBJECT_PROFILES_HEADER}\n");
     let names = CURVES.map(str::to_owned);
     for other in others {
         for (law, row) in other.carried.rows.iter().enumerate() {
-            for (id, profile) in profiles(other, law) {
+            for (id, mut profile) in profiles(other, law) {
+                for observed in &mut profile.observed {
+                    for number in [&mut observed.at_mm, &mut observed.value, &mut observed.sigma] {
+                        *number = rounded(*number);
+                    }
+                }
+                profile.curves = profile.curves.iter().map(thinned).collect();
                 let begin = |law: &str| {
                     format!("{},{}", [other.name.as_str(), law, id].map(quoted).join(","), profile.way.name())
                 };

@@ -255,6 +255,8 @@ struct Run {
 const SAME_COST: [f64; 2] = [1e-3, 1e-9];
 /// … and the logarithms of their parameters by less than this. Laws with kinks have many minima close together.
 const SAME_PLACE: f64 = 2e-2;
+/// A descent beside a known end leads there where the costs differ by less than this: in a flat valley it might else end a little lower.
+const LEADS_THERE: [f64; 2] = [1e-6, 1e-12];
 
 fn fit_variant(law: &MuscleLaw, field: &Field, options: &LawFitOptions) -> Result<LawFit, FailedFit> {
     let began = Instant::now();
@@ -406,9 +408,19 @@ impl Model<'_> {
     }
 
     /// Whether the model, which stands where the cost is `cost`, stands where another start ended: at its values, with its cost.
-    pub(super) fn same_end(&self, values: &[f64], least: f64, cost: f64) -> bool {
+    fn same_end(&self, values: &[f64], least: f64, cost: f64) -> bool {
+        self.is_beside(values, least, cost, SAME_COST)
+    }
+
+    /// Whether going on from where the model stands would only polish an end that is known.
+    pub(super) fn leads_to(&self, values: &[f64], least: f64, cost: f64) -> bool {
+        // A lower cost may still fall.
+        cost >= least && self.is_beside(values, least, cost, LEADS_THERE)
+    }
+
+    fn is_beside(&self, values: &[f64], least: f64, cost: f64, [share, of_nothing]: [f64; 2]) -> bool {
         let near = |k: usize| (self.logarithm(k, self.value(k)) - self.logarithm(k, values[k])).abs() < SAME_PLACE;
-        (cost - least).abs() <= SAME_COST[0] * cost.min(least) + SAME_COST[1] * self.field().cost_of_nothing()
+        (cost - least).abs() <= share * cost.min(least) + of_nothing * self.field().cost_of_nothing()
             && self.free().iter().all(|&k| near(k))
     }
 }

@@ -368,8 +368,7 @@ impl LeastSquares for Model<'_> {
     }
 
     fn is_known(&self, _: &[f64], cost: f64) -> bool {
-        // A lower cost may still fall.
-        self.best.as_ref().is_some_and(|(values, least)| cost >= *least && self.same_end(values, *least, cost))
+        self.best.as_ref().is_some_and(|(values, least)| self.leads_to(values, *least, cost))
     }
 
     fn rounding(&self) -> f64 {

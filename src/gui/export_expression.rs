@@ -10,7 +10,7 @@ use image::{Delay, Frame as Moment, RgbaImage, buffer::ConvertBuffer};
 use nalgebra::{Point3, Vector3};
 
 use super::app::App;
-use super::jobs::{About, Finished, Progress};
+use super::jobs::{About, Finished, Progress, Written};
 use super::panels::expressions::Paint;
 use crate::draw::words::sentence;
 use crate::export::expression::{self as files, PictureOptions};
@@ -238,7 +238,7 @@ impl App {
             let written = write(&inside, &wanted, progress);
             match written {
                 Ok(None) => None,
-                Ok(Some(folder)) => Some(Finished::Exported(Ok(folder))),
+                Ok(Some(folder)) => Some(Finished::Exported(Ok(Written::to(folder)))),
                 Err(why) => Some(Finished::Exported(Err(why))),
             }
         });

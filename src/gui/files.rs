@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::app::{App, Journal, OpenDocument};
 use super::command::After;
 use super::dialogs::Purpose;
-use super::jobs::{About, Finished};
+use super::jobs::{About, Finished, Written};
 use super::modal::Modal;
 use super::panels::frames::Tool;
 use super::pictures::{self, PictureStatus, Pictures};
@@ -273,18 +273,21 @@ impl App {
         let named = self.document.path.as_ref().map_or_else(|| "PROJECT".into(), |p| p.display().to_string());
         let last = self.pictures.get(Which::Last);
         let known = matches!(last.status(), PictureStatus::Ready { changed: false });
+        let muscles = self.muscle_work.current(self.stamp);
+        let others = self.subjects_work.whole(self.muscle_work.answered());
+        let without = self.subjects_work.is_any() && (muscles.is_none() || others.is_empty());
         let results = export_results::Results {
             project: self.project().clone(),
             face: Arc::clone(&self.face),
             outcome: self.outcome.clone(),
-            muscles: self.muscle_work.current(self.stamp),
-            others: self.subjects_work.whole(self.muscle_work.answered()),
+            muscles,
+            others,
             last_frame: last.source().filter(|_| known).map(|(source, _)| source.clone()),
             named: [format!("'{named}'"), format!("'{}'", folder.display())],
         };
         self.jobs.start(ctx, "Writing the results", About::Person, move |progress| {
             let written = export_results::write(&folder, &results, progress);
-            (!progress.is_cancelled()).then(|| Finished::Exported(written.map(|()| folder)))
+            (!progress.is_cancelled()).then(|| Finished::Exported(written.map(|()| Written { folder, without })))
         });
     }
 

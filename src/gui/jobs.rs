@@ -22,6 +22,22 @@ use crate::frames::{Adjustment, Frame};
 use crate::muscle_field::Replay;
 use crate::project::Which;
 
+/// Results that were written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Written {
+    /// Where they are.
+    pub folder: PathBuf,
+    /// Whether the other subjects are not among them, since the laws have not been tried on all of them.
+    pub without: bool,
+}
+
+impl Written {
+    /// All of them, into this folder.
+    pub fn to(folder: PathBuf) -> Self {
+        Self { folder, without: false }
+    }
+}
+
 /// What a job brings back.
 #[derive(Debug)]
 pub enum Finished {
@@ -82,8 +98,8 @@ pub enum Finished {
     Skin(String, Result<egui::ColorImage, String>),
     /// A study came to its end, or could not go on: one line says why.
     Study(Result<Vec<crate::study::Run>, String>),
-    /// Results were written into this folder, or not.
-    Exported(Result<PathBuf, String>),
+    /// Results were written, or not.
+    Exported(Result<Written, String>),
     /// The work ended without an answer: what waited for it, and a line about it.
     Died(About, String),
 }

@@ -6,7 +6,7 @@ use super::action::Action;
 use super::app::App;
 use super::command::After;
 use super::dialogs::{Answer, Purpose};
-use super::jobs::{About, Finished};
+use super::jobs::{About, Finished, Written};
 use super::keys::KeyMap;
 use super::modal::Modal;
 use super::panels::frames::{SideTab, Tool, toolbar};
@@ -375,8 +375,14 @@ impl App {
             Finished::Marks(read) => self.marks_read(read),
             Finished::Stills(stills, result) => self.stills_written(stills, result, ctx),
             Finished::Study(result) => self.study_finished(result, ctx),
-            Finished::Exported(Ok(folder)) => {
-                self.tell(NoticeKind::Done, format!("The results are in {}.", folder.display()), ctx);
+            Finished::Exported(Ok(Written { folder, without })) => {
+                let place = folder.display();
+                if without {
+                    let why = "without the other subjects: the laws have not been tried on all of them yet";
+                    self.tell(NoticeKind::Refused, format!("The results are in {place}, {why}."), ctx);
+                } else {
+                    self.tell(NoticeKind::Done, format!("The results are in {place}."), ctx);
+                }
             }
             Finished::Exported(Err(why)) => self.fail("The results cannot be written", why),
             Finished::Died(about, what) => {

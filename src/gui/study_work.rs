@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::Stamp;
 use super::app::App;
-use super::jobs::{About, Finished, Progress};
+use super::jobs::{About, Finished, Progress, Written};
 use super::view_state::{NoticeKind, Workspace};
 use crate::export::study_files;
 use crate::pipeline::{self, Outcome};
@@ -247,7 +247,7 @@ impl App {
         let Some(Table { kind: Some(kind), runs, .. }) = self.study_work.table.clone() else { return };
         let goals = self.view.study.goals;
         self.jobs.start(ctx, "Writing the study", About::Person, move |progress| {
-            Some(Finished::Exported(write((kind, &runs, goals), &folder, progress).map(|()| folder)))
+            Some(Finished::Exported(write((kind, &runs, goals), &folder, progress).map(|()| Written::to(folder))))
         });
     }
 

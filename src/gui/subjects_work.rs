@@ -14,7 +14,6 @@ use super::pictures::file_name;
 use super::{Workspace, app};
 use crate::draw::words::sentence;
 use crate::face::FaceModel;
-use crate::muscle_field::maps::{MapsError, same_topology};
 use crate::muscle_field::subjects::{Other, Seen, carry, told_apart};
 use crate::pipeline::{self, Outcome};
 use crate::project::{Project, paths};
@@ -91,6 +90,11 @@ impl SubjectsWork {
     /// Whether the person has stopped the work on this answer.
     pub fn is_stopped(&self, answer: Option<u64>) -> bool {
         answer.is_some() && self.stopped == answer
+    }
+
+    /// Whether there is any besides the project that is open.
+    pub fn is_any(&self) -> bool {
+        self.listed.iter().any(|l| !l.own)
     }
 
     /// All, where laws were tried on every one with this answer; for what is written, which must be of one piece.
@@ -170,9 +174,6 @@ impl App {
             return Err(format!("{name} is among the other subjects already."));
         }
         let (project, face) = read_project(path)?;
-        if !same_topology(self.face.mesh(), face.mesh()) {
-            return Err(sentence(&MapsError::Topology { name }.to_string()));
-        }
         if project.features.values().all(|f| f.last.is_none()) {
             return Err(format!("{name} has no mark in the last frame, so that no force is known of it."));
         }
@@ -241,11 +242,7 @@ impl App {
                     Arc::new(pipeline::solve(&task.project, &task.face, size, &mut pipeline::Workspace::default()))
                 });
                 let there = Seen { name: &task.name, face: &task.face, outcome: &solved };
-                let found = if same_topology(face.mesh(), task.face.mesh()) {
-                    carry(&analysis, own, there, &stop, &told)?.map_err(|why| sentence(&why.to_string()))
-                } else {
-                    Err(sentence(&MapsError::Topology { name: task.name.clone() }.to_string()))
-                };
+                let found = carry(&analysis, own, there, &stop, &told)?.map_err(|why| sentence(&why.to_string()));
                 let found = found.map(|carried| Other {
                     name: task.name,
                     face: task.face,

@@ -192,11 +192,10 @@ pub fn markdown(all: &[Row]) -> String {
             }
             let _ = match ranking(c) {
                 Some((best, next, anatomical, other)) => {
-                    let none = c.standings[best].held_out_r2 <= 0.0;
                     writeln!(
                         text,
                         " {} | {} | {} |",
-                        if none { "none" } else { c.standings[best].name },
+                        c.best().map_or("none", |k| c.standings[k].name),
                         span(&c.difference(best, next)),
                         span(&c.difference(anatomical, other))
                     )
@@ -229,8 +228,7 @@ fn summary(text: &mut String, rows: &[&Row]) {
     );
     let anatomical = first.standings.iter().position(|s| s.name == ANATOMICAL);
     for (k, standing) in first.standings.iter().enumerate() {
-        let won: Vec<&&Comparison> =
-            comparisons.iter().filter(|c| c.best() == Some(k) && c.standings[k].held_out_r2 > 0.0).collect();
+        let won: Vec<&&Comparison> = comparisons.iter().filter(|c| c.best() == Some(k)).collect();
         let sure = won.iter().filter(|c| ranking(c).is_some_and(|(best, next, ..)| c.difference(best, next).is_sure()));
         let mean = comparisons.iter().map(|c| c.standings[k].held_out_r2).sum::<f64>() / comparisons.len() as f64;
         let differences: Vec<f64> = anatomical.map_or_else(Vec::new, |a| {

@@ -15,6 +15,9 @@ const REACH_MM: f64 = 30.0;
 /// Resamplings for an interval.
 const RESAMPLINGS: usize = 4000;
 
+/// Less than this share of the squared forces foretold is nothing, and shows as 0 %.
+const NOTHING: f64 = 0.005;
+
 /// A law that takes part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contender {
@@ -134,10 +137,12 @@ fn shown(sample: &Sample, compare: Compare) -> Vector3<f64> {
 }
 
 impl Comparison {
-    /// The law of the four that foretells most, by index.
+    /// The law of the four that foretells most, by index; none where none foretells half a percent.
     pub fn best(&self) -> Option<usize> {
-        let ranked = (0..self.standings.len()).filter(|&k| self.standings[k].ranked);
-        ranked.max_by(|&a, &b| self.standings[a].held_out_r2.total_cmp(&self.standings[b].held_out_r2))
+        let foretells = |k: &usize| self.standings[*k].ranked && self.standings[*k].held_out_r2 >= NOTHING;
+        (0..self.standings.len())
+            .filter(foretells)
+            .max_by(|&a, &b| self.standings[a].held_out_r2.total_cmp(&self.standings[b].held_out_r2))
     }
 
     /// How much more of the force law `a` foretells than law `b`, both on the same patches.
@@ -207,6 +212,19 @@ mod tests {
                 assert!(margin.value > 0.0 && margin.is_sure(), "{margin:?}");
             }
         }
+    }
+
+    /// Forces without any order are foretold by no law: none is named.
+    #[test]
+    fn where_no_law_foretells_anything_none_is_best() {
+        let face = crate::face::generic();
+        let (fibres, samples) = fibres_and_samples(&face).unwrap();
+        let mut random = Pcg64::seed_from_u64(9);
+        let mut any = || Vector3::from_fn(|_, _| random.random_range(-1.0..1.0));
+        let field: Vec<Sample> = samples.iter().map(|s| Sample { force: any(), ..*s }).collect();
+        let found = compare(&fibres[..4], &field, Compare::Vectors).unwrap();
+        assert!(found.standings.iter().all(|s| s.held_out_r2 < NOTHING));
+        assert_eq!(found.best(), None);
     }
 
     /// By hand: patches of squares 1, 1, 2 with errors 0.5, 0.5, 1: half is foretold whatever is drawn.

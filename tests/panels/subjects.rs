@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use egui::accesskit::Role;
 use egui_kittest::SnapshotOptions;
 use egui_kittest::kittest::Queryable as _;
 use frontalis::camera::Scale;
@@ -12,7 +13,7 @@ use frontalis::gui::panels::muscles::{Second, Tab};
 use frontalis::gui::{Action, Command, Workspace};
 use frontalis::muscle_field::subjects::{Seen, carry};
 use frontalis::pipeline;
-use frontalis::project::{Edit, FrameRef, Mark, PointId, Project, Role, file};
+use frontalis::project::{Edit, FrameRef, Mark, PointId, Project, Role as PointRole, file};
 use frontalis::study::{Twin, TwinSettings, scene};
 
 use crate::pictures::can_draw;
@@ -37,7 +38,7 @@ fn saved(folder: &Path, name: &str, share: f64, change: impl FnOnce(&mut Project
     let mut other = project(folder, &face, true);
     name.clone_into(&mut other.name);
     for (v, feature) in &mut other.features {
-        if feature.role == Role::Skin {
+        if feature.role == PointRole::Skin {
             feature.last = Some(Mark::new(seen_on_the_way(&face, *v, share)));
         }
     }
@@ -111,6 +112,8 @@ fn the_laws_are_tried_on_another_subject_and_the_forces_are_put_together() {
     for (button, title) in
         [("Mean", "Mean of 2 subjects"), ("Spread", "Spread over 2 subjects"), ("Difference", "This less Lea")]
     {
+        window.get_by_role_and_label(Role::ComboBox, "Right map").click();
+        window.run_steps(3);
         window.get_by_label(button).click();
         window.run_steps(3);
         assert!(says(&window, &format!("Map, {title}")), "{title}");
@@ -149,26 +152,6 @@ fn what_can_be_no_other_subject_is_told_in_a_line_and_the_rest_is_taken() {
     settle(&mut window);
     assert_eq!(count(&window), 1);
 
-    // Another face.
-    let face = frontalis::face::generic();
-    let parts = frontalis::face::FaceParts { mirror: vec![None; 3], ..frontalis::face::FaceParts::default() };
-    let at = |v: usize| face.mesh().positions()[v];
-    let mesh = frontalis::face::Mesh::new(vec![at(0), at(1), at(40)], vec![[0, 1, 2]]).unwrap();
-    let small = frontalis::face::FaceModel::new(mesh, parts).unwrap();
-    let file_of_face = folder.path().join("small.face.json");
-    frontalis::face::file::write(&small, &file_of_face).unwrap();
-    let sha256 = frontalis::frames::Frame::sha256_of(&file_of_face).unwrap();
-    let far = saved(folder.path(), "Far", 0.5, |p| {
-        p.landmarks.clear();
-        p.features.retain(|v, _| *v < 3);
-        p.face = frontalis::project::FaceSource::File { path: "small.face.json".into(), sha256 };
-    });
-    add(&mut window, &[&far]);
-    settle(&mut window);
-    let text = error(&mut window);
-    assert!(text.contains("The face of far.frontalis is another one") && text.lines().count() == 1, "{text}");
-    assert_eq!(count(&window), 1, "what was there stays");
-
     // One that becomes the open project no longer counts, and says so; the list is the window's.
     window.state_mut().view_mut().muscles.tab = Tab::Subjects;
     window.state_mut().push(Command::Proceed(After::Open(lea)));
@@ -178,6 +161,45 @@ fn what_can_be_no_other_subject_is_told_in_a_line_and_the_rest_is_taken() {
     settle(&mut window);
     settle(&mut window);
     assert_eq!(count(&window), 1);
+}
+
+/// Another face tries the laws by the names of the muscles, as the command line does; only maps need one mesh.
+#[test]
+fn another_face_is_another_subject_whose_muscles_are_found_by_name() {
+    let (mut window, folder) = window(Person::default());
+    let at = folder.path().join("turned.face.json");
+    frontalis::face::file::write(&frontalis::face::generic(), &at).unwrap();
+    // The same skin, its triangles numbered from the end.
+    let mut turned: serde_json::Value = serde_json::from_slice(&std::fs::read(&at).unwrap()).unwrap();
+    turned["triangles"].as_array_mut().unwrap().reverse();
+    std::fs::write(&at, turned.to_string()).unwrap();
+    let sha256 = frontalis::frames::Frame::sha256_of(&at).unwrap();
+    let far = saved(folder.path(), "Far", 0.6, |p| {
+        p.face = frontalis::project::FaceSource::File { path: "turned.face.json".into(), sha256 };
+    });
+    let view = window.state_mut().view_mut();
+    (view.muscles.tab, view.muscles.second) = (Tab::Subjects, Second::Mean);
+    add(&mut window, &[&far]);
+    settle(&mut window);
+    settle(&mut window);
+    assert!(window.state().view().modal.is_none() && count(&window) == 1);
+    let (_, other) = window.state().subjects_work().others().next().unwrap();
+    assert!(other.carried.missing.is_empty() && other.carried.rows.iter().any(|r| r.shape_carried.is_ok()));
+    assert!(says(&window, "The face of Far is another one"), "in the place of the map");
+}
+
+#[test]
+fn what_is_written_before_the_laws_were_tried_says_that_subjects_are_missing() {
+    let (mut window, folder) = window(Person::default());
+    let lea = saved(folder.path(), "Lea", 0.6, |_| {});
+    window.state_mut().view_mut().workspace = Workspace::Forces;
+    add(&mut window, &[&lea]);
+    window.state_mut().view_mut().workspace = Workspace::Forces;
+    let out = folder.path().join("out");
+    window.state_mut().push(Command::FilesChosen(Purpose::ExportFolder, vec![out.clone()]));
+    settle(&mut window);
+    let notice = window.state().view().notice.as_ref().map(|n| n.text.clone()).unwrap();
+    assert!(notice.contains("without the other subjects") && !out.join("subjects.csv").exists(), "{notice}");
 }
 
 #[test]

@@ -175,7 +175,7 @@ pub fn show(
     }
     let shown = Shown::of(scene, work, subjects, &analysis, view);
     let layers = layers::Layers::of(&shown, view.part, view.layers.take());
-    Panel::top("muscles toolbar").show(ui, |ui| toolbar::show(ui, &shown, view, commands));
+    Panel::top("muscles toolbar").show(ui, |ui| toolbar::show(ui, &shown, view));
     Panel::left("muscles list").exact_size(292.0).show(ui, |ui| {
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             in_fixed_width(ui, |ui| activations::show(ui, &shown, view));

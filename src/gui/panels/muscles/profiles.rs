@@ -1,6 +1,6 @@
 //! Observed forces along and across the chosen muscle, with their error bars and each law's curve through them (Thesis Fig. 5.7).
 
-use egui::{Color32, Painter, Pos2, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
+use egui::{Color32, Painter, Pos2, Rect, Response, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 
 use super::{MusclesView, Shown};
 use crate::gui::height_map::ink::Inks;
@@ -41,61 +41,72 @@ pub(super) fn show(
         ui.label("This muscle stands upright on the picture: it has no profile.");
         return;
     };
-    let rect = ui.available_rect_before_wrap();
-    let response = ui.allocate_rect(rect, Sense::click());
-    let inks = Inks::new(ui.visuals(), view.part == Part::AlongFibre);
-    let painter = ui.painter_at(rect);
-    painter.rect_filled(rect, 4.0, inks.canvas);
-    let pointer = ui.input(|i| i.pointer.hover_pos()).filter(|p| rect.contains(*p));
-    let up = format!("{}, {}", if view.part == Part::Magnitude { "Force" } else { "Along the fibre" }, shown.unit);
+    let canvas = Canvas::new(ui, view.part, shown.unit, Sense::click(), focus);
+    let values = limits(&[&radial, &lateral]);
     let name = muscle_name(&scene.face.muscles()[analysis.fibres[fibre].muscle]);
-    let half = (rect.width() / 2.0).floor();
-    let drawing = Drawing {
-        painter: &painter,
-        inks: &inks,
-        up: &up,
-        values: limits(&[&radial, &lateral]),
-        pointer,
-        lit: [focus.selected_vertex(), focus.hovered()].map(|v| v.map(|v| v as usize)),
-    };
+    let half = (canvas.rect.width() / 2.0).floor();
     let stroke = |law: usize| Stroke::new(if law == shown.law { 3.0 } else { 1.5 }, colour(law));
     for (k, profile) in [&radial, &lateral].into_iter().enumerate() {
-        let part = Rect::from_min_size(pos2(rect.left() + half * k as f32, rect.top()), vec2(half, rect.height()));
+        let corner = pos2(canvas.rect.left() + half * k as f32, canvas.rect.top());
+        let part = Rect::from_min_size(corner, vec2(half, canvas.rect.height()));
         let title = match profile.way {
             Way::Radial => format!("Along {name}; insertion at {:.0} mm", profile.insertion_mm),
             Way::Lateral => format!("Across {name}"),
         };
-        if let Some(v) = drawing.profile(part, &title, profile, &stroke) {
+        if let Some(v) = canvas.profile(part, &title, profile, values, &stroke) {
             focus.hover(v as u32);
-            if response.clicked() {
+            if canvas.response.clicked() {
                 commands.push(Command::Select(Some(PointId::FeatureLast(v as u32))));
             }
         }
     }
     let words = format!("Profiles along and across {name}");
-    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, &words));
+    canvas.is_called(&words);
 }
 
-/// What the profiles of one row share.
-pub(super) struct Drawing<'a> {
-    pub(super) painter: &'a Painter,
-    pub(super) inks: &'a Inks,
+/// The ground that profiles are drawn on: all the room that is left.
+pub(super) struct Canvas {
+    pub(super) rect: Rect,
+    pub(super) response: Response,
+    painter: Painter,
+    inks: Inks,
     /// At the vertical axis.
-    pub(super) up: &'a str,
-    /// Limits of the vertical axis.
-    pub(super) values: [f64; 2],
-    pub(super) pointer: Option<Pos2>,
+    up: String,
+    pointer: Option<Pos2>,
     /// Vertices lit up: selected and hovered.
     pub(super) lit: [Option<usize>; 2],
 }
 
-impl Drawing<'_> {
+impl Canvas {
+    pub(super) fn new(ui: &mut Ui, part: Part, unit: &str, sense: Sense, focus: &Focus) -> Self {
+        let rect = ui.available_rect_before_wrap();
+        let response = ui.allocate_rect(rect, sense);
+        let inks = Inks::new(ui.visuals(), part == Part::AlongFibre);
+        let painter = ui.painter_at(rect);
+        painter.rect_filled(rect, 4.0, inks.canvas);
+        Self {
+            rect,
+            response,
+            painter,
+            inks,
+            up: format!("{}, {unit}", if part == Part::Magnitude { "Force" } else { "Along the fibre" }),
+            pointer: ui.input(|i| i.pointer.hover_pos()).filter(|p| rect.contains(*p)),
+            lit: [focus.selected_vertex(), focus.hovered()].map(|v| v.map(|v| v as usize)),
+        }
+    }
+
+    /// Says to screen readers and tests what it shows.
+    pub(super) fn is_called(&self, words: &str) {
+        self.response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, words));
+    }
+
     /// Draws one profile with its curves; gives the vertex that is pointed at.
     pub(super) fn profile(
         &self,
         rect: Rect,
         title: &str,
         profile: &Profile,
+        values: [f64; 2],
         stroke: &dyn Fn(usize) -> Stroke,
     ) -> Option<usize> {
         let points = profile.observed.iter().filter(|o| o.believed);
@@ -112,14 +123,14 @@ impl Drawing<'_> {
             title,
             across: profile.way.axis(),
             along: None,
-            up: self.up,
+            up: &self.up,
             section: &section,
             curves: &curves,
-            values: self.values,
+            values,
             colour: &|_| self.inks.text,
             lit: self.lit,
         };
-        chart::draw(self.painter, rect, &chart, self.pointer, self.inks)
+        chart::draw(&self.painter, rect, &chart, self.pointer, &self.inks)
     }
 }
 

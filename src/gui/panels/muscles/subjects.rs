@@ -2,15 +2,15 @@
 
 use egui::{Color32, Rect, Role, Sense, Stroke, Ui, UiBuilder, WidgetInfo, pos2, vec2};
 
-use super::profiles::{Drawing, limits};
+use super::profiles::{Canvas, limits};
 use super::{MusclesView, Shown, table};
 use crate::export::muscle_tables;
 use crate::gui::action::Action;
-use crate::gui::height_map::ink::Inks;
 use crate::gui::subjects_work::Listed;
 use crate::gui::{Command, Focus};
 use crate::muscle_field::fibres::muscle_name;
-use crate::muscle_field::profiles::{Part, Way};
+use crate::muscle_field::maps::same_topology;
+use crate::muscle_field::profiles::Way;
 use crate::muscle_field::subjects::{CURVES, Other};
 
 /// Colours of the curves, in the order of [`CURVES`], that can be told apart without red-green vision (Okabe and Ito 2008).
@@ -146,27 +146,19 @@ fn profile(ui: &mut Ui, shown: &Shown<'_>, other: &Other, view: &MusclesView, fo
         ui.weak("This muscle has no profile there.");
         return;
     };
-    let rect = ui.available_rect_before_wrap();
-    let response = ui.allocate_rect(rect, Sense::hover());
-    let inks = Inks::new(ui.visuals(), view.part == Part::AlongFibre);
-    let painter = ui.painter_at(rect);
-    painter.rect_filled(rect, 4.0, inks.canvas);
-    let up =
-        format!("{}, {}", if view.part == Part::Magnitude { "Force" } else { "Along the fibre" }, other.outcome.unit());
+    let mut canvas = Canvas::new(ui, view.part, other.outcome.unit(), Sense::hover(), focus);
+    // On another face the numbers of vertices are other places.
+    let same = same_topology(shown.scene.face.mesh(), other.face.mesh());
+    if !same {
+        canvas.lit = [None; 2];
+    }
     let way = if view.other_way == Way::Radial { "Along" } else { "Across" };
     let name = muscle_name(of);
-    let drawing = Drawing {
-        painter: &painter,
-        inks: &inks,
-        up: &up,
-        values: limits(&[&cut]),
-        pointer: ui.input(|i| i.pointer.hover_pos()).filter(|p| rect.contains(*p)),
-        lit: [focus.selected_vertex(), focus.hovered()].map(|v| v.map(|v| v as usize)),
-    };
     let stroke = |curve: usize| Stroke::new(if curve == 1 { 3.0 } else { 1.8 }, COLOURS[curve % COLOURS.len()]);
-    if let Some(v) = drawing.profile(rect, &format!("{way} {name}"), &cut, &stroke) {
+    let pointed = canvas.profile(canvas.rect, &format!("{way} {name}"), &cut, limits(&[&cut]), &stroke);
+    if let Some(v) = pointed.filter(|_| same) {
         focus.hover(v as u32);
     }
     let words = format!("{}: profile {} {name}", other.name, way.to_lowercase());
-    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, &words));
+    canvas.is_called(&words);
 }

@@ -4,8 +4,6 @@ use egui::{ComboBox, Ui};
 
 use super::{MusclesView, Second, Shown, Tab, maps};
 use crate::fit::Compare;
-use crate::gui::Command;
-use crate::gui::action::Action;
 use crate::gui::height_map::{RangeMode, Relief};
 use crate::gui::orbit_view::{OrbitView, StandardView};
 use crate::gui::panels::name_combo;
@@ -21,7 +19,7 @@ const COMPARE: [(Compare, &str, &str); 4] = [
 ];
 
 /// Shows the row; it wraps where the window is narrow.
-pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView, commands: &mut Vec<Command>) {
+pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView) {
     ui.add_space(3.0);
     ui.horizontal_wrapped(|ui| {
         ui.label("Law");
@@ -42,12 +40,7 @@ pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView, comma
         ui.selectable_value(&mut view.part, Part::Magnitude, "Length").on_hover_text("Length of the force");
         ui.separator();
         ui.label("Right map");
-        ui.selectable_value(&mut view.second, Second::Residual, "Residual")
-            .on_hover_text("Observed less what the law says");
-        ui.selectable_value(&mut view.second, Second::Model, "Law").on_hover_text("What the law says");
-        if shown.other.is_some() {
-            across(ui, view);
-        }
+        right_map(ui, view, shown.other.is_some());
         ui.separator();
         let locked = view.range_is_locked();
         if ui.selectable_label(locked, "Lock range").on_hover_text("Keeps the ends of both maps' colours").clicked() {
@@ -89,27 +82,30 @@ pub(super) fn show(ui: &mut Ui, shown: &Shown<'_>, view: &mut MusclesView, comma
         ] {
             ui.selectable_value(&mut view.tab, tab, words);
         }
-        let action = Action::OtherSubjects;
-        if ui.button(action.label()).on_hover_text(action.spec().map_or("", |s| s.tooltip)).clicked() {
-            commands.push(Command::Do(action));
-        }
         if shown.looking {
-            ui.spinner();
-            ui.weak("looking…");
+            ui.spinner().on_hover_text("The muscles are looked for anew");
         }
     });
     ui.add_space(3.0);
 }
 
-/// What several subjects have in common, and in what they differ.
-fn across(ui: &mut Ui, view: &mut MusclesView) {
-    for (second, words, hint) in [
+/// What the right map shows; of several subjects only where there are others.
+fn right_map(ui: &mut Ui, view: &mut MusclesView, others: bool) {
+    let all = [
+        (Second::Residual, "Residual", "Observed less what the law says"),
+        (Second::Model, "Law", "What the law says"),
         (Second::Mean, "Mean", "Mean force of all subjects, where the vertex counts on each of them"),
         (Second::Spread, "Spread", "Standard deviation of the force over all subjects"),
         (Second::Difference, "Difference", "The force of this subject less that of the one chosen under Subjects"),
-    ] {
-        ui.selectable_value(&mut view.second, second, words).on_hover_text(hint);
-    }
+    ];
+    let choices = || all.iter().filter(|(second, ..)| others || !second.is_across());
+    let label = choices().find(|(second, ..)| *second == view.second).map_or("Residual", |(_, words, _)| words);
+    let combo = ComboBox::from_id_salt("right map").width(100.0).selected_text(label).show_ui(ui, |ui| {
+        for (second, words, hint) in choices() {
+            ui.selectable_value(&mut view.second, *second, *words).on_hover_text(*hint);
+        }
+    });
+    name_combo(&combo.response, "Right map", label);
 }
 
 fn compared(ui: &mut Ui, view: &mut MusclesView) {
