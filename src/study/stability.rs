@@ -4,6 +4,7 @@
 //! errors, the person) follows from the seed alone.
 
 mod degenerate;
+mod expressions;
 mod field;
 mod motion;
 mod reading;
@@ -21,7 +22,7 @@ pub use reading::reading;
 const STUDY: &str = "stability";
 
 /// The maps, and what stands above each.
-const PARTS: [(&str, &str); 8] = [
+const PARTS: [(&str, &str); 9] = [
     ("step and stiffness", "Time step against the stiffness of the skin"),
     ("compression", "Time step against how far the skin begins pressed together"),
     ("folding", "Vertices thrown over their neighbours at the start"),
@@ -30,6 +31,7 @@ const PARTS: [(&str, &str); 8] = [
     ("noise and mesh", "Marking noise against the size of the mesh, F = −KX"),
     ("camera", "Distance of the camera"),
     ("share marked", "Share of the points that are marked"),
+    ("expressions", "Time step against the activation of the six expressions"),
 ];
 
 /// The cases.
@@ -38,6 +40,7 @@ pub fn plan(options: &Options) -> Plan {
     let mut cases = motion::cases(options, seeds);
     cases.extend(degenerate::cases(options));
     cases.extend(field::cases(options, seeds));
+    cases.extend(expressions::cases(options));
     Plan { study: STUDY.to_owned(), question: options.words(seeds), cases }
 }
 
@@ -144,6 +147,19 @@ mod tests {
         let limit = rows.iter().find(|r| value(r, "edge_mm") == 10.0).unwrap().measures["limit_px"];
         let (noise, at) = (0.25, error(0.25, 10.0));
         assert!((at / (0.1 * noise / limit) - 1.0).abs() < 0.25, "{at} against {}", 0.1 * noise / limit);
+    }
+
+    /// The default method takes every expression at twice its strength; explicit Euler's limit, Δt < c/λ (E15), lies far below both steps.
+    #[test]
+    fn implicit_euler_takes_what_explicit_euler_does_not() {
+        let rows = rows(|key| key.starts_with("expressions · "));
+        let of = |method: &str| rows.iter().filter(|r| r.method == method).collect::<Vec<_>>();
+        let (implicit, explicit) = (of("Implicit Euler"), of("Explicit Euler"));
+        assert_eq!((implicit.len(), explicit.len()), (8, 8));
+        assert!(implicit.iter().all(|r| r.is_ok()), "{implicit:?}");
+        assert!(explicit.iter().all(|r| !r.is_ok()), "{explicit:?}");
+        assert!(explicit.iter().all(|r| value(r, "step_ms") > r.measures["limit_ms"]));
+        assert_eq!(value(implicit[1], "expression"), 4.0, "anger is the fourth");
     }
 
     #[test]

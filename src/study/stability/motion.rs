@@ -97,7 +97,7 @@ pub(super) fn cases(options: &Options, seeds: u64) -> Vec<Case> {
 
 /// What goes on in a cell.
 #[derive(Clone, Copy)]
-enum Way {
+pub(super) enum Way {
     Stepped(Method),
     Rest,
 }
@@ -116,13 +116,13 @@ impl Way {
 }
 
 /// Where a run begins.
-struct Start {
-    system: System,
-    state: State,
+pub(super) struct Start {
+    pub(super) system: System,
+    pub(super) state: State,
     /// The map's step; the method's own where absent.
-    step_s: Option<f64>,
+    pub(super) step_s: Option<f64>,
     /// Whether turned triangles must have turned back at the end.
-    must_unfold: bool,
+    pub(super) must_unfold: bool,
 }
 
 fn cell(
@@ -137,7 +137,7 @@ fn cell(
     let own = setting.clone();
     case(part, way.label(), &own, move || {
         let one = |seed: u64| {
-            let mut random = Pcg64::seed_from_u64(seed ^ 0x7374_6162);
+            let mut random = random(seed);
             let row = Run { vertices: face.mesh().len(), seed, ..run(part, way.label(), &setting) };
             match make(&face, &mut random, seed) {
                 Ok(start) => went(way, start, &mut random, row),
@@ -146,6 +146,11 @@ fn cell(
         };
         (1..=seeds).map(one).collect()
     })
+}
+
+/// What is random in a run.
+pub(super) fn random(seed: u64) -> Pcg64 {
+    Pcg64::seed_from_u64(seed ^ 0x7374_6162)
 }
 
 /// The face under one load along y, over skin that slides on the skull, with its rim fixed.
@@ -207,7 +212,7 @@ fn kneed(contrast: f64) -> StressStrainCurve {
 }
 
 /// Runs it and says how it ended.
-fn went(way: Way, start: Start, random: &mut Pcg64, row: Run) -> Run {
+pub(super) fn went(way: Way, start: Start, random: &mut Pcg64, row: Run) -> Run {
     let Start { system, mut state, step_s, must_unfold } = start;
     let turned = |x: &[Point3<f64>]| system.doubled_areas(x).iter().filter(|a| **a < 0.0).count();
     let before = turned(&state.positions);

@@ -10,7 +10,8 @@ use super::PARTS;
 pub fn reading(runs: &[Run]) -> String {
     let mut text = String::from(
         "# Where each method fails\n\nA cell is a method at one setting; it ends well where all its seeds do. The cause is that of the first seed \
-         that failed. The runs of the forward model last 0.1 s or 40 to 100 steps, so a divergence slower than that is not seen.\n",
+         that failed. The runs of the forward model last 0.1 s or 40 to 100 steps, so a divergence slower than that is not seen. \
+         Of the expressions the seeds are surprise, happy, sad, anger, disgust and fear, with all muscles at once.\n",
     );
     for (part, title) in PARTS {
         let maps = maps(runs, part);
