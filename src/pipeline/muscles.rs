@@ -2,7 +2,9 @@
 
 mod motion;
 
-use nalgebra::{DMatrix, Point2, Point3, Vector3};
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector, Point2, Point3, Vector3};
 
 use self::motion::{Found, Seen, find};
 use super::{CustomizeInput, Kept, Outcome, kept, stages};
@@ -64,22 +66,19 @@ pub(super) struct RestInput {
     spec: SkinSpec,
 }
 
-/// What the muscles' loads are made from.
-#[derive(Debug, PartialEq)]
-pub(super) struct LoadsInput {
-    first: Vec<Point3<f64>>,
-    law: LawKind,
-}
-
 /// How a landmark's mark moves every vertex of the first frame, mm per px, along each axis of the picture.
 type LandmarkSlopes = [Vec<Vector3<f64>>; 2];
+
+/// Actuators by the name of the law, or why there are none.
+type LoadsOfLaws = BTreeMap<&'static str, Result<Vec<Actuator>, String>>;
 
 /// Kept from the last run.
 #[derive(Debug, Default)]
 pub(super) struct Ready {
     errors: Option<Kept<CustomizeInput, Vec<LandmarkSlopes>>>,
     rest: Option<Kept<RestInput, Result<SkinAtRest, String>>>,
-    loads: Option<Kept<LoadsInput, Result<Vec<Actuator>, String>>>,
+    /// The muscles' loads, by the first frame; of each law that was asked for.
+    loads: Option<Kept<Vec<Point3<f64>>, LoadsOfLaws>>,
 }
 
 /// A muscle is asked for where it moves a point by at least this share of its largest motion of the skin: one that the points hardly feel would
@@ -101,7 +100,8 @@ pub fn held_by(project: &Project, face: &FaceModel, first: &[Point3<f64>]) -> Ve
 }
 
 /// Puts the forces of muscles in the place of the measured ones: F = −K X of the skin where the muscles that bring it nearest to the marked
-/// points let it come to rest ([`find`]), of all that the points feel or of the smallest set of at most `most`.
+/// points let it come to rest ([`find`]), of all that the points feel or of the smallest set of at most `most`; by one law, or by the one that leaves
+/// the points nearest.
 ///
 /// Neither smoothing nor a rule of depth is asked: an equilibrium has its own depth. Standard errors are those of the marks and of the head's
 /// motion, carried through the linearised equilibrium, and times the misfit where that is above 1 (Birge 1932): what the muscles do not explain
@@ -113,7 +113,7 @@ pub(super) fn explain(
     project: &Project,
     face: &FaceModel,
     outcome: &mut Outcome,
-    law: LawKind,
+    law: Option<LawKind>,
     most: Option<u8>,
     customized: &CustomizeInput,
     ready: &mut Ready,
@@ -146,24 +146,34 @@ pub(super) fn explain(
         Ok(rest)
     });
     let rest = rest.as_mut().map_err(|why| why.clone())?;
-    let input = LoadsInput { first: outcome.first.clone(), law };
-    let actuators = kept(&mut ready.loads, input, |input| {
-        tractions(face, &input.first, &MuscleLaw::default_of(law)).map_err(|why| why.to_string())
-    });
-    let actuators = actuators.as_ref().map_err(Clone::clone)?;
-    let loads: Vec<Vec<Vector3<f64>>> = actuators.iter().map(|a| dense(a, outcome.first.len())).collect();
-    let shares = seen.felt(rest, &loads, &outcome.first).ok_or(NO_REST)?;
-    let felt = |j: &usize| shares[*j] >= FELT;
-    let (felt, loads): (Vec<&Actuator>, Vec<_>) =
-        (0..loads.len()).filter(felt).map(|j| (&actuators[j], loads[j].clone())).unzip();
-    if felt.is_empty() {
-        return Err("no muscle moves a marked point".to_owned());
+    let loads = kept(&mut ready.loads, outcome.first.clone(), |_| BTreeMap::new());
+    let mut nearest: Option<(LawKind, Tried)> = None;
+    let mut why = NO_REST.to_owned();
+    let laws = law.as_ref().map_or(&LawKind::ALL[..], std::slice::from_ref);
+    for &law in laws {
+        loads.entry(law.name()).or_insert_with(|| {
+            tractions(face, &outcome.first, &MuscleLaw::default_of(law)).map_err(|why| why.to_string())
+        });
     }
-    let mut found = find(rest, &loads, &seen, None, None, &outcome.first).ok_or(NO_REST)?;
+    for (law, actuators) in laws.iter().filter_map(|law| Some((*law, loads.get(law.name())?))) {
+        match actuators.as_ref().map_err(Clone::clone).and_then(|all| {
+            let near = nearest.as_ref().map(|(_, tried)| tried);
+            Tried::new(rest, all, &seen, near, &outcome.first)
+        }) {
+            Ok(tried) if nearest.as_ref().is_none_or(|(_, best)| tried.found.cost < best.found.cost) => {
+                nearest = Some((law, tried));
+            }
+            Ok(_) => {}
+            Err(reason) => why = reason,
+        }
+    }
+    let (law, mut tried) = nearest.ok_or(why)?;
     if let Some(most) = most {
-        let chosen = fewest(&found, &seen, &outcome.first, most).map_err(|why| why.to_string())?;
-        found = find(rest, &loads, &seen, Some(&chosen), Some(&found), &outcome.first).ok_or(NO_REST)?;
+        let chosen = fewest(&tried.found, &seen, &outcome.first, most).map_err(|why| why.to_string())?;
+        let from = Some((tried.found.activations.clone(), &tried.found.positions[..]));
+        tried.found = find(rest, &tried.loads, &seen, Some(&chosen), from, &outcome.first).ok_or(NO_REST)?;
     }
+    let Tried { felt, found, .. } = tried;
     let covariance = found.covariance().ok_or(NO_REST)?;
     let (force, sigma, muscles) = said(outcome, rest, &seen, found, &covariance, &felt, law);
     let normals = face.mesh().vertex_normals(&outcome.first);
@@ -177,6 +187,42 @@ pub(super) fn explain(
     let measured_sigma = std::mem::replace(&mut field.sigma, sigma);
     outcome.muscles = Some(MuscleForces { measured, measured_sigma, ..muscles });
     Ok(())
+}
+
+/// One law's muscles.
+struct Tried<'a> {
+    felt: Vec<&'a Actuator>,
+    /// What each puts on every vertex at full strength, N.
+    loads: Vec<Vec<Vector3<f64>>>,
+    found: Found,
+}
+
+impl<'a> Tried<'a> {
+    /// Fits the muscles of one law, from what another law's muscles come near with.
+    fn new(
+        rest: &mut SkinAtRest,
+        all: &'a [Actuator],
+        seen: &Seen<'_>,
+        near: Option<&Tried<'_>>,
+        first: &[Point3<f64>],
+    ) -> Result<Self, String> {
+        let loads: Vec<Vec<Vector3<f64>>> = all.iter().map(|a| dense(a, first.len())).collect();
+        let shares = seen.felt(rest, &loads, first).ok_or(NO_REST)?;
+        let pairs = all.iter().zip(loads).zip(shares);
+        let (felt, loads): (Vec<&Actuator>, Vec<_>) = pairs.filter(|(_, s)| *s >= FELT).map(|(pair, _)| pair).unzip();
+        if felt.is_empty() {
+            return Err("no muscle moves a marked point".to_owned());
+        }
+        let start = near.map(|other| {
+            let of = |actuator: &&Actuator| {
+                let same = other.felt.iter().position(|a| a.id == actuator.id);
+                same.map_or(0.0, |j| other.found.activations[j])
+            };
+            (DVector::from_iterator(felt.len(), felt.iter().map(of)), &other.found.positions[..])
+        });
+        let found = find(rest, &loads, seen, None, start, first).ok_or(NO_REST)?;
+        Ok(Self { felt, loads, found })
+    }
 }
 
 const NO_REST: &str = "the skin finds no rest under the muscles";

@@ -200,8 +200,9 @@ pub enum FieldWay {
         /// How smooth the motion of the skin is from which the measured forces are found, which fits go on being made from.
         #[serde(default)]
         weight: WeightRule,
-        /// How a muscle pulls on the skin around its fibre.
-        law: LawKind,
+        /// How a muscle pulls on the skin around its fibre; absent: by the law of the four that leaves the points nearest.
+        #[serde(default)]
+        law: Option<LawKind>,
         /// At most so many muscles, the smallest set that explains the motion; all that pull where absent.
         #[serde(default)]
         most: Option<u8>,
@@ -213,7 +214,7 @@ impl FieldWay {
     pub const ALL: [Self; 3] = [
         Self::Direct,
         Self::Regularised { weight: WeightRule::Discrepancy },
-        Self::Muscles { weight: WeightRule::Discrepancy, law: LawKind::Anatomical, most: None },
+        Self::Muscles { weight: WeightRule::Discrepancy, law: None, most: None },
     ];
 
     /// Whether it is the thesis's.

@@ -94,8 +94,7 @@ fn choices(method: &str, setting: &str) -> Vec<Choice> {
                 _ if named.is_some() => None,
                 _ => Some(word.strip_prefix("at most ")?.parse().ok()?),
             };
-            let law = named.unwrap_or(LawKind::Anatomical);
-            Some(Choice::Field(FieldWay::Muscles { weight: WeightRule::default(), law, most }))
+            Some(Choice::Field(FieldWay::Muscles { weight: WeightRule::default(), law: named, most }))
         }),
     };
     let by_pair = |(name, value): (&str, &str)| match (name, value) {
@@ -152,7 +151,8 @@ fn field_words(way: FieldWay) -> String {
                 Some(u8::MAX) => ", the fewest that explain the motion".to_owned(),
                 Some(n) => format!(", at most {n}"),
             };
-            format!("{label}, {}{most}", law.label())
+            let law = law.map_or("the law that leaves least", LawKind::label);
+            format!("{label}, {law}{most}")
         }
     }
 }
@@ -185,17 +185,17 @@ mod tests {
         assert_eq!(smooth.words, "Way to the forces: regularised, weight by evidence (now direct, as the thesis).");
         assert_eq!(applied("Direct", "rules=as the scene", &smooth.settings).unwrap().settings.field, FieldWay::Direct);
         let muscles = applied("Muscles, at most 2", "depth=height; mesh=own", &now).unwrap();
-        let law = LawKind::Anatomical;
+        let law = None;
         assert_eq!(muscles.settings.field, FieldWay::Muscles { weight: WeightRule::Discrepancy, law, most: Some(2) });
         assert_eq!(muscles.settings.depth, DepthRule::KeepHeight);
-        assert!(
-            muscles.words.starts_with("Way to the forces: muscles, Anatomical, at most 2 (now direct, as the thesis).")
-        );
+        assert!(muscles.words.starts_with(
+            "Way to the forces: muscles, the law that leaves least, at most 2 (now direct, as the thesis)."
+        ));
         let named = |name: &str| applied(name, "rules=as the scene", &now).unwrap().settings.field;
         let of = |law, most| FieldWay::Muscles { weight: WeightRule::Discrepancy, law, most };
         assert_eq!(named("Muscles, all"), of(law, None));
         assert_eq!(named("Muscles, smallest set"), of(law, Some(u8::MAX)));
-        assert_eq!(named("Muscles, Waters sheet"), of(LawKind::WatersSheet, None));
+        assert_eq!(named("Muscles, Waters sheet"), of(Some(LawKind::WatersSheet), None));
         assert_eq!(applied("Muscles, of nobody", "rules=as the scene", &now), None);
         assert_eq!(applied("Direct", "depth=height; mesh=finer", &now), None);
         assert_eq!(applied("Implicit Euler", "step_ms=1; stiffness=1", &now), None);

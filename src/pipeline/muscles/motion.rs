@@ -152,6 +152,8 @@ pub(super) struct Found {
     pub(super) positions: Vec<Point3<f64>>,
     /// rᵀ W r.
     pub(super) square: f64,
+    /// What was minimised.
+    pub(super) cost: f64,
     /// Whitened distances of the points.
     pub(super) off: DVector<f64>,
     /// The problem made linear there, Jᵀ W J and Jᵀ W u for r = u − J a, less what being used costs.
@@ -163,7 +165,7 @@ pub(super) struct Found {
 }
 
 /// The activations a ≥ 0 of muscles with these loads (N on every vertex at full strength) that minimise rᵀ W r + 2 Σ a / m, of all muscles or
-/// those `allowed`, from rest or from `start`.
+/// those `allowed`, from rest or from activations that come near, with the places of all vertices under them.
 ///
 /// Each step makes the equilibrium linear, dx/da = H⁻¹ f with the factor of the skin's stiffness H (one solution a muscle, as cheap here as the
 /// adjoint, and errors need all of them), solves the non-negative least squares exactly, and goes there as far as lowers the cost. None where
@@ -173,15 +175,16 @@ pub(super) fn find(
     loads: &[Vec<Vector3<f64>>],
     seen: &Seen<'_>,
     allowed: Option<&[bool]>,
-    start: Option<&Found>,
+    start: Option<(DVector<f64>, &[Point3<f64>])>,
     first: &[Point3<f64>],
 ) -> Option<Found> {
-    let mut a = start.map_or_else(|| DVector::zeros(loads.len()), |s| s.activations.clone());
-    let mut x = start.map_or_else(|| first.to_vec(), |s| s.positions.clone());
+    let started = start.is_some();
+    let (mut a, x) = start.unwrap_or_else(|| (DVector::zeros(loads.len()), first));
+    let mut x = x.to_vec();
     let mut off = seen.off(&x);
     let cost = |off: &DVector<f64>, a: &DVector<f64>| seen.square(off) + 2.0 * a.sum() / USUAL;
-    // Fewer muscles than at the start explain less: the first step is taken as it is.
-    let mut lowest = if start.is_some() { f64::INFINITY } else { cost(&off, &a) };
+    // Other muscles than those of the start may explain less: the first step is taken as it is.
+    let mut lowest = if started { f64::INFINITY } else { cost(&off, &a) };
     let mut step = 0;
     loop {
         let moved = rest.moved(together(loads, &a), &x, loads)?;
@@ -189,7 +192,16 @@ pub(super) fn find(
         let mut normal = seen.normal(&slopes, &(&off + &slopes * &a));
         normal.moment.add_scalar_mut(-1.0 / USUAL);
         if step == STEPS {
-            return Some(Found { square: seen.square(&off), activations: a, positions: x, off, normal, slopes, moved });
+            return Some(Found {
+                square: seen.square(&off),
+                cost: cost(&off, &a),
+                activations: a,
+                positions: x,
+                off,
+                normal,
+                slopes,
+                moved,
+            });
         }
         // No further from here than the linear problem can be believed.
         let mut near = normal.clone();

@@ -9,7 +9,7 @@ use crate::pipeline::{self, Warning, Workspace};
 use crate::project::{Feature, FieldWay, Mark};
 
 const WAY: fn(LawKind, Option<u8>) -> FieldWay =
-    |law, most| FieldWay::Muscles { weight: WeightRule::Discrepancy, law, most };
+    |law, most| FieldWay::Muscles { weight: WeightRule::Discrepancy, law: Some(law), most };
 
 /// A forehead marked where an expression of the anatomical law takes it, the skin a membrane; and the forces that hold it there.
 struct Posed {
@@ -92,6 +92,12 @@ fn another_law_leaves_the_points_further_off() {
     let said = solve(&posed, WAY(LawKind::Koch, None)).warnings;
     let expected = Warning::MusclesExplainLittle { left_px: wrong.left_px, misfit: wrong.misfit };
     assert!(said.contains(&expected), "{said:?}");
+    // Asked for none in particular, the one that made the motion is taken.
+    let any = FieldWay::Muscles { weight: WeightRule::Discrepancy, law: None, most: None };
+    let found = solve(&posed, any).muscles.unwrap();
+    assert_eq!(found.law, LawKind::Anatomical);
+    // It was looked for from another law's places: the same minimum, to what ends the search.
+    assert!((found.misfit - right.misfit).abs() < 0.05 * right.misfit && found.pulling.len() == right.pulling.len());
 }
 
 #[test]

@@ -92,9 +92,9 @@ fn ways() -> Vec<(String, FieldWay)> {
         let way = FieldWay::Regularised { weight };
         (format!("{}, {}", way.label(), weight.label().to_lowercase()), way)
     }));
-    all.extend([LawKind::WatersSheet, LawKind::Anatomical].map(|law| {
+    all.extend([Some(LawKind::WatersSheet), Some(LawKind::Anatomical), None].map(|law| {
         let way = FieldWay::Muscles { weight, law, most: None };
-        (format!("{}, {}", way.label(), law.label()), way)
+        (format!("{}, {}", way.label(), law.map_or("all", LawKind::label)), way)
     }));
     all
 }

@@ -123,7 +123,7 @@ fn the_same_seeds_give_the_same_table_also_when_it_was_stopped() {
     let whole = rows(None);
     assert_eq!(rows(Some(3)), whole);
     let regions: Vec<&Run> = whole.iter().filter(|r| r.part == REGION).collect();
-    assert!(regions.len() >= 8 && regions.iter().all(|r| r.force_error.is_some()));
+    assert!(regions.len() >= 4 && regions.iter().all(|r| r.force_error.is_some()));
     let rungs = standings(&whole);
     assert!(rungs.len() >= 15 && rungs.iter().all(|r| r.noises.len() == 3));
     // Without marking error the direct way errs by what springs and depth miss; with a pixel its noise is on top.

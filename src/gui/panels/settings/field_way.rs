@@ -28,8 +28,15 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
     if let FieldWay::Muscles { weight, law, most } = settings.field {
         ui.add_space(4.0);
         ui.label("How a muscle pulls");
-        let laws = LawKind::ALL
-            .map(|law| (law, law.label(), "The law by which a muscle's force spreads over the skin about its fibre"));
+        let nearest = (
+            None,
+            "By the law that leaves least",
+            "All four laws are tried, and that which takes the skin nearest to the points is kept: four times the time of one",
+        );
+        let named = LawKind::ALL.map(|law| {
+            (Some(law), law.label(), "The law by which a muscle's force spreads over the skin about its fibre")
+        });
+        let laws: Vec<_> = std::iter::once(nearest).chain(named).collect();
         rules(ui, settings, law, &laws, commands, |s, law| s.field = FieldWay::Muscles { weight, law, most });
         ui.label("How many muscles");
         let numbers = [
@@ -92,9 +99,10 @@ fn found(ui: &mut Ui, scene: Scene<'_>) {
         format!("; the {} moves them most, at {:.0} % of its strength", p.name, 100.0 * p.activation)
     });
     let text = format!(
-        "{} of {} muscles move the points{named}. They leave the points {:.2} px off, {:.1} times the stated error, and explain {:.0} % of the motion.",
+        "{} of {} muscles move the points ({}){named}. They leave the points {:.2} px off, {:.1} times the stated error, and explain {:.0} % of the motion.",
         muscles.pulling.len(),
         muscles.among,
+        muscles.law.label(),
         muscles.left_px,
         muscles.misfit,
         100.0 * muscles.explained.max(0.0)
