@@ -31,7 +31,8 @@ pub struct MuscleForces {
     pub explained: f64,
     /// Root mean square distance of the points from where they take the skin, px.
     pub left_px: f64,
-    /// The same over the marks' standard errors, of one coordinate: 1 where these muscles are all that moved the skin.
+    /// The same over what the marks, the head's motion and the landmarks are said to err by, of one coordinate: 1 where these muscles are all that
+    /// moved the skin.
     pub misfit: f64,
     /// Where they take every vertex, mm, head motion left out.
     pub positions: Vec<Point3<f64>>,

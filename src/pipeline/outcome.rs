@@ -195,12 +195,12 @@ pub enum Warning {
     },
     /// The forces shown are those of muscles, and these leave more of the motion than marks err.
     #[error(
-        "The muscles leave the points {left_px:.1} px off, {misfit:.1} times the stated marking error: try another law, or read their field as theirs alone."
+        "The muscles leave the points {left_px:.1} px off, {misfit:.1} times what marks, head and landmarks err by: try another law, or read their field as theirs alone."
     )]
     MusclesExplainLittle {
         /// Root mean square distance of the points from where the muscles take them, px.
         left_px: f64,
-        /// The same over the stated error.
+        /// The same over what the marks, the head's motion and the landmarks are said to err by.
         misfit: f64,
     },
     /// There is no field of muscles.

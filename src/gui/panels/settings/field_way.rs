@@ -99,7 +99,7 @@ fn found(ui: &mut Ui, scene: Scene<'_>) {
         format!("; the {} moves them most, at {:.0} % of its strength", p.name, 100.0 * p.activation)
     });
     let text = format!(
-        "{} of {} muscles move the points ({}){named}. They leave the points {:.2} px off, {:.1} times the stated error, and explain {:.0} % of the motion.",
+        "{} of {} muscles move the points ({}){named}. They leave the points {:.2} px off, {:.1} times what marks, head and landmarks err by, and explain {:.0} % of the motion.",
         muscles.pulling.len(),
         muscles.among,
         muscles.law.label(),
