@@ -4,8 +4,9 @@ use std::collections::HashMap;
 
 use nalgebra::{Matrix2, Matrix3, Matrix3x2, Point3, Vector3};
 
-use super::block_cholesky::{Block, BlockCholesky, Slot};
+use super::block_cholesky::{BlockCholesky, Slot};
 use super::equilibrium::{Ended, Equilibrium};
+use super::freedoms::{Freedoms, seen_between};
 use super::line_search::Search;
 use super::newton::OutOfMemory;
 use super::system::System;
@@ -154,8 +155,7 @@ impl Freedom {
 /// The matrix in the K coordinates in which each vertex can move.
 #[derive(Debug)]
 struct Stiffness<const K: usize> {
-    /// Number of each free vertex among the free ones.
-    unknown: Vec<Option<u32>>,
+    freedoms: Freedoms<K>,
     /// Edges of the mesh, where the block of each stands if both its ends are free, and for every element its sides 01, 12, 20.
     edges: Vec<[u32; 2]>,
     slots: Vec<Option<Slot>>,
@@ -163,37 +163,25 @@ struct Stiffness<const K: usize> {
     /// Blocks of the vertices and of the edges in space.
     own: Vec<Matrix3<f64>>,
     between: Vec<Matrix3<f64>>,
-    /// The directions in which each vertex can move.
-    bases: Vec<[Vector3<f64>; K]>,
     matrix: BlockCholesky<K>,
-    right: Vec<f64>,
 }
 
 impl<const K: usize> Stiffness<K> {
     fn new(membrane: &Membrane, system: &System) -> Result<Self, OutOfMemory> {
-        let mut unknown = vec![None; system.len()];
-        let mut count = 0_u32;
-        for (slot, _) in unknown.iter_mut().zip(system.free()).filter(|(_, free)| **free) {
-            *slot = Some(count);
-            count += 1;
-        }
+        let freedoms = Freedoms::new(system);
         let ends = |t: [u32; 3]| [(0, 1), (1, 2), (2, 0)].map(|(i, j)| [t[i].min(t[j]), t[i].max(t[j])]);
         let mut edges: Vec<[u32; 2]> = membrane.corners().flat_map(ends).collect();
         edges.sort_unstable();
         edges.dedup();
         let number: HashMap<[u32; 2], u32> = edges.iter().enumerate().map(|(k, e)| (*e, k as u32)).collect();
         let sides = membrane.corners().map(|t| ends(t).map(|e| number.get(&e).copied().unwrap_or(0))).collect();
-        let pair = |e: &[u32; 2]| Some([unknown[e[0] as usize]?, unknown[e[1] as usize]?]);
-        let pairs: Vec<[u32; 2]> = edges.iter().filter_map(pair).collect();
-        let matrix = BlockCholesky::new(count as usize, &pairs).ok_or(OutOfMemory)?;
-        let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+        let pairs: Vec<[u32; 2]> = edges.iter().filter_map(|e| freedoms.pair(*e)).collect();
+        let matrix = BlockCholesky::new(freedoms.free(), &pairs).ok_or(OutOfMemory)?;
         Ok(Self {
-            slots: edges.iter().map(|e| matrix.slot(pair(e)?)).collect(),
-            own: vec![Matrix3::zeros(); unknown.len()],
+            slots: edges.iter().map(|e| matrix.slot(freedoms.pair(*e)?)).collect(),
+            own: vec![Matrix3::zeros(); system.len()],
             between: vec![Matrix3::zeros(); edges.len()],
-            bases: vec![std::array::from_fn(|c| axes[c]); unknown.len()],
-            right: vec![0.0; count as usize * K],
-            unknown,
+            freedoms,
             edges,
             sides,
             matrix,
@@ -221,23 +209,21 @@ impl<const K: usize> Stiffness<K> {
             }
         });
         self.matrix.clear();
-        for (i, u) in self.unknown.iter().enumerate() {
-            let Some(u) = *u else { continue };
+        for i in 0..x.len() {
+            let Some(u) = self.freedoms.number(i) else { continue };
             let mut block = self.own[i];
             if let (2, Some((normal, curvature))) = (K, system.surface(i, &x[i])) {
-                let across = if normal.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
-                let t = normal.cross(&across).normalize();
-                let both = [t, normal.cross(&t)];
-                self.bases[i] = std::array::from_fn(|c| both[c]);
+                let both = self.freedoms.lie_in(i, &normal);
                 // What presses on the surface follows its slope.
                 let pull = curvature * normal.dot(&forces[i]);
                 block += if whole { pull } else { positive_within(&pull, both) };
             }
-            *self.matrix.diagonal(u) = seen_between(&self.bases[i], &block, &self.bases[i]);
+            let basis = self.freedoms.basis(i);
+            *self.matrix.diagonal(u) = seen_between(basis, &block, basis);
         }
         for ((&[a, b], slot), block) in self.edges.iter().zip(&self.slots).zip(&self.between) {
             if let Some(slot) = slot {
-                let (a, b) = (&self.bases[a as usize], &self.bases[b as usize]);
+                let (a, b) = (self.freedoms.basis(a as usize), self.freedoms.basis(b as usize));
                 self.matrix.add(*slot, &seen_between(a, block, b));
             }
         }
@@ -246,30 +232,8 @@ impl<const K: usize> Stiffness<K> {
 
     /// H⁻¹ of these forces, with the last factor; false where a number is no number.
     fn direction(&mut self, forces: &[Vector3<f64>], out: &mut Vec<Vector3<f64>>) -> bool {
-        for ((u, basis), f) in self.unknown.iter().zip(&self.bases).zip(forces) {
-            let Some(u) = u else { continue };
-            let at = *u as usize * K;
-            for (to, b) in self.right[at..at + K].iter_mut().zip(basis) {
-                *to = b.dot(f);
-            }
-        }
-        self.matrix.solve(&mut self.right);
-        out.clear();
-        out.extend(self.unknown.iter().zip(&self.bases).map(|(u, basis)| {
-            let Some(u) = u else { return Vector3::zeros() };
-            let at = *u as usize * K;
-            basis.iter().zip(&self.right[at..at + K]).map(|(b, value)| b * *value).sum::<Vector3<f64>>()
-        }));
-        out.iter().all(|d| d.iter().all(|c| c.is_finite()))
+        self.freedoms.solve(&mut self.matrix, forces, out)
     }
-}
-
-/// aᵀ M b, column by column.
-fn seen_between<const K: usize>(a: &[Vector3<f64>; K], m: &Matrix3<f64>, b: &[Vector3<f64>; K]) -> Block<K> {
-    b.map(|b| {
-        let column = m * b;
-        a.map(|a| a.dot(&column))
-    })
 }
 
 /// The positive part of a symmetric matrix within the plane of two directions.

@@ -34,6 +34,7 @@ pub mod energy;
 pub mod equilibrium;
 pub mod explicit_euler;
 pub mod failure;
+mod freedoms;
 pub mod implicit_euler;
 pub mod integrator;
 pub mod jaw;

@@ -4,6 +4,7 @@ use nalgebra::{Matrix2, Matrix3, Matrix3x2, Point3, Vector3};
 
 use super::block_cholesky::{Block, BlockCholesky, Slot};
 use super::energy::Pulls;
+use super::freedoms::{Freedoms, seen_from};
 use super::system::System;
 
 /// Room for Newton steps on one system; the pattern of its matrix is ordered once.
@@ -49,7 +50,7 @@ impl Newton {
     /// Takes the last factor along to `x`: what it says about the surface there is turned with the surface. H⁻¹ f still descends.
     pub(super) fn keep(&mut self, system: &System, x: &[Point3<f64>]) {
         if let Self::Sliding(stiffness) = self {
-            stiffness.turn(system, x);
+            stiffness.freedoms.turn(system, x);
         }
     }
 
@@ -73,47 +74,34 @@ impl Newton {
 /// The matrix in the K coordinates in which each vertex can move.
 #[derive(Debug)]
 pub(super) struct Stiffness<const K: usize> {
-    /// Number of each free vertex among the free ones.
-    unknown: Vec<Option<u32>>,
+    freedoms: Freedoms<K>,
     /// Where each spring's block stands, where both ends are free.
     slots: Vec<Option<Slot>>,
     /// Springs of each wedge's sides 01, 12, 20.
     sides: Vec<[u32; 3]>,
-    /// The directions in which each vertex can move.
-    bases: Vec<[Vector3<f64>; K]>,
-    /// The curvature of the surface under each vertex in those directions, 1/mm.
+    /// The curvature of the surface under each vertex in the directions in which it can move, 1/mm.
     bends: Vec<Matrix2<f64>>,
     /// What the surface adds to each diagonal block.
     pulls: Vec<Matrix2<f64>>,
     matrix: BlockCholesky<K>,
-    right: Vec<f64>,
 }
 
 impl<const K: usize> Stiffness<K> {
     fn new(system: &System) -> Result<Self, OutOfMemory> {
-        let mut unknown = vec![None; system.len()];
-        let mut count = 0_u32;
-        for (slot, _) in unknown.iter_mut().zip(&system.free).filter(|(_, free)| **free) {
-            *slot = Some(count);
-            count += 1;
-        }
-        let pair = |ends: [u32; 2]| Some([unknown[ends[0] as usize]?, unknown[ends[1] as usize]?]);
-        let pairs: Vec<[u32; 2]> = system.springs.iter().filter_map(|s| pair(s.ends)).collect();
-        let matrix = BlockCholesky::new(count as usize, &pairs).ok_or(OutOfMemory)?;
+        let freedoms = Freedoms::new(system);
+        let pairs: Vec<[u32; 2]> = system.springs.iter().filter_map(|s| freedoms.pair(s.ends)).collect();
+        let matrix = BlockCholesky::new(freedoms.free(), &pairs).ok_or(OutOfMemory)?;
         let index: std::collections::HashMap<[u32; 2], u32> =
             system.springs.iter().enumerate().map(|(e, s)| (s.ends, e as u32)).collect();
         let side = |a: u32, b: u32| index.get(&[a.min(b), a.max(b)]).copied().unwrap_or(0);
         let sides = system.wedges.iter().map(|w| w.corners).map(|[a, b, c]| [side(a, b), side(b, c), side(c, a)]);
-        let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
         Ok(Self {
-            slots: system.springs.iter().map(|s| matrix.slot(pair(s.ends)?)).collect(),
+            slots: system.springs.iter().map(|s| matrix.slot(freedoms.pair(s.ends)?)).collect(),
             sides: sides.collect(),
-            bases: vec![std::array::from_fn(|c| axes[c]); system.len()],
             bends: vec![Matrix2::zeros(); system.len()],
             pulls: vec![Matrix2::zeros(); system.len()],
-            right: vec![0.0; count as usize * K],
             matrix,
-            unknown,
+            freedoms,
         })
     }
 
@@ -134,26 +122,14 @@ impl<const K: usize> Stiffness<K> {
 
     /// How far a vertex that goes this way leaves the surface in second order, mm: along the normal of the plane that it goes in.
     fn bend(&self, i: usize, d: &Vector3<f64>) -> Vector3<f64> {
-        let (Some([t, s]), true) = (self.bases[i].first_chunk::<2>(), K == 2) else { return Vector3::zeros() };
+        let (Some([t, s]), true) = (self.freedoms.basis(i).first_chunk::<2>(), K == 2) else { return Vector3::zeros() };
         let (a, b, c) = (t.dot(d), s.dot(d), &self.bends[i]);
         t.cross(s) * (-0.5 * (c.m11 * a * a + 2.0 * c.m12 * a * b + c.m22 * b * b))
     }
 
     /// H⁻¹ of these forces, with the last factor.
     fn direction(&mut self, forces: &[Vector3<f64>], out: &mut Vec<Vector3<f64>>) -> bool {
-        for ((u, basis), f) in self.unknown.iter().zip(&self.bases).zip(forces) {
-            let Some(u) = u else { continue };
-            let at = *u as usize * K;
-            self.right[at..at + K].copy_from_slice(&seen_from(basis, f));
-        }
-        self.matrix.solve(&mut self.right);
-        out.clear();
-        out.extend(self.unknown.iter().zip(&self.bases).map(|(u, basis)| {
-            let Some(u) = u else { return Vector3::zeros() };
-            let at = *u as usize * K;
-            basis.iter().zip(&self.right[at..at + K]).map(|(b, value)| b * *value).sum::<Vector3<f64>>()
-        }));
-        out.iter().all(|d| d.iter().all(|c| c.is_finite()))
+        self.freedoms.solve(&mut self.matrix, forces, out)
     }
 
     /// Finds the directions in which the vertices can move, and what the surface adds.
@@ -162,34 +138,20 @@ impl<const K: usize> Stiffness<K> {
             return;
         }
         for i in 0..x.len() {
-            if self.unknown[i].is_none() {
+            if self.freedoms.number(i).is_none() {
                 continue;
             }
             let (normal, curvature) = system.surface(i, &x[i]).unwrap_or_else(|| (Vector3::z(), Matrix3::zeros()));
-            let across = if normal.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
-            let t = normal.cross(&across).normalize();
-            let both = [t, normal.cross(&t)];
-            self.bases[i] = std::array::from_fn(|c| both[c]);
-            self.bends[i] = within(&curvature, both[0], both[1]);
+            let [t, s] = self.freedoms.lie_in(i, &normal);
+            self.bends[i] = within(&curvature, t, s);
             self.pulls[i] = self.bends[i] * normal.dot(&forces[i]);
         }
     }
 
-    /// Turns the directions of each vertex into the surface at `x`.
-    fn turn(&mut self, system: &System, x: &[Point3<f64>]) {
-        for ((i, p), basis) in x.iter().enumerate().zip(&mut self.bases).filter(|((i, _), _)| system.free[*i]) {
-            let Some(normal) = system.normal(i, p) else { continue };
-            let Some(t) = (basis[0] - normal * normal.dot(&basis[0])).try_normalize(1e-9) else { continue };
-            let both = [t, normal.cross(&t)];
-            *basis = std::array::from_fn(|c| both[c]);
-        }
-    }
-
     fn assemble(&mut self, system: &System, x: &[Point3<f64>], springs: &[[f64; 2]], inertia: impl Fn(usize) -> f64) {
-        let matrix = &mut self.matrix;
+        let Self { matrix, freedoms, .. } = self;
         matrix.clear();
-        for (i, u) in self.unknown.iter().enumerate() {
-            let Some(u) = *u else { continue };
+        for (i, u) in freedoms.each() {
             let own = inertia(i) + system.anchor(i).map_or(0.0, |(k, _)| k);
             let to = matrix.diagonal(u);
             for (c, column) in to.iter_mut().enumerate() {
@@ -207,9 +169,9 @@ impl<const K: usize> Stiffness<K> {
         for ((spring, slot), [sideways, lengthways]) in system.springs.iter().zip(&self.slots).zip(springs) {
             let [a, b] = spring.ends.map(|i| i as usize);
             let along = x[a] - x[b];
-            let [ta, tb] = [a, b].map(|i| seen_from(&self.bases[i], &along));
+            let [ta, tb] = [a, b].map(|i| seen_from(freedoms.basis(i), &along));
             for (i, t) in [(a, &ta), (b, &tb)] {
-                let Some(u) = self.unknown[i] else { continue };
+                let Some(u) = freedoms.number(i) else { continue };
                 let to = matrix.diagonal(u);
                 for c in 0..K {
                     to[c][c] += sideways;
@@ -219,10 +181,9 @@ impl<const K: usize> Stiffness<K> {
                 }
             }
             let Some(slot) = slot else { continue };
+            let (row, column) = (freedoms.basis(a), freedoms.basis(b));
             let block: Block<K> = std::array::from_fn(|c| {
-                std::array::from_fn(|r| {
-                    -(sideways * self.bases[a][r].dot(&self.bases[b][c]) + lengthways * ta[r] * tb[c])
-                })
+                std::array::from_fn(|r| -(sideways * row[r].dot(&column[c]) + lengthways * ta[r] * tb[c]))
             });
             matrix.add(*slot, &block);
         }
@@ -231,12 +192,12 @@ impl<const K: usize> Stiffness<K> {
             let normal = system.wedge_normal(wedge);
             wedge.pushes(repulsion, System::corners(wedge, x), &normal, |push| {
                 let g: [[f64; K]; 3] =
-                    std::array::from_fn(|c| seen_from(&self.bases[wedge.corners[c] as usize], &push.gradient[c]));
+                    std::array::from_fn(|c| seen_from(freedoms.basis(wedge.corners[c] as usize), &push.gradient[c]));
                 let product = |row: &[f64; K], column: &[f64; K]| -> Block<K> {
                     std::array::from_fn(|c| std::array::from_fn(|r| push.slope * row[r] * column[c]))
                 };
                 for (c, side) in sides.iter().enumerate() {
-                    if let Some(u) = self.unknown[wedge.corners[c] as usize] {
+                    if let Some(u) = freedoms.number(wedge.corners[c] as usize) {
                         let to = matrix.diagonal(u);
                         for (to, from) in to.iter_mut().flatten().zip(product(&g[c], &g[c]).iter().flatten()) {
                             *to += from;
@@ -252,12 +213,6 @@ impl<const K: usize> Stiffness<K> {
             });
         }
     }
-}
-
-/// A vector in the coordinates of a vertex.
-#[inline]
-fn seen_from<const K: usize>(basis: &[Vector3<f64>; K], v: &Vector3<f64>) -> [f64; K] {
-    std::array::from_fn(|c| basis[c].dot(v))
 }
 
 /// tᵀ M t, tᵀ M s and sᵀ M s of a symmetric matrix.

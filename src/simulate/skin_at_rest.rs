@@ -59,6 +59,11 @@ impl SkinAtRest {
         &self.skin
     }
 
+    /// Whether each vertex slides, rather than stays on its bone.
+    pub fn free(&self) -> &[bool] {
+        self.system.free()
+    }
+
     /// The length of a last Newton step that counts as none, mm.
     pub fn within(&mut self, tolerance_mm: f64) {
         match &mut self.solver {
