@@ -13,7 +13,7 @@ mod stages;
 #[cfg(test)]
 mod tests;
 
-pub use muscles::{MuscleForces, Pulling, held_by};
+pub use muscles::{Besides, MuscleForces, Pulling, held_by};
 pub use outcome::{ForceField, LandmarkFit, Outcome, Smoothing, Warning};
 pub use peak::Peak;
 pub use samples::Samples;
@@ -196,12 +196,12 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
         muscles: None,
         warnings,
     };
-    if let FieldWay::Muscles { law, most, .. } = settings.field {
+    if let FieldWay::Muscles(way) = settings.field {
         // Skin that nobody has touched has nothing to explain.
         let marks = outcome.states.contains(&VertexState::Measured);
         let input = workspace.customized.as_ref().filter(|_| marks).map(|kept| &kept.from);
         let tried =
-            input.map(|input| muscles::explain(project, face, &mut outcome, law, most, input, &mut workspace.muscles));
+            input.map(|input| muscles::explain(project, face, &mut outcome, way, input, &mut workspace.muscles));
         if let Some(Err(why)) = tried {
             outcome.warnings.push(Warning::NoMuscle { why });
         }

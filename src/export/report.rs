@@ -130,7 +130,17 @@ struct MusclesReport<'a> {
     share_of_motion_explained: f64,
     left_px: f64,
     left_over_stated_error: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    besides: Option<BesidesReport>,
     pulling: Vec<Pulling<'a>>,
+}
+
+/// What pulls besides them.
+#[derive(Serialize)]
+struct BesidesReport {
+    spread_over_traction: f64,
+    sum_n: f64,
+    share_of_all: f64,
 }
 
 #[derive(Serialize)]
@@ -169,6 +179,11 @@ fn muscles(found: &MuscleForces) -> MusclesReport<'_> {
         share_of_motion_explained: found.explained,
         left_px: found.left_px,
         left_over_stated_error: found.misfit,
+        besides: found.besides.map(|b| BesidesReport {
+            spread_over_traction: b.share,
+            sum_n: b.newton,
+            share_of_all: b.of_all,
+        }),
         pulling: pulling.collect(),
     }
 }

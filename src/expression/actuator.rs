@@ -61,6 +61,16 @@ impl Actuator {
         }
     }
 
+    /// Adds its loads at an activation to those on every vertex, N.
+    ///
+    /// # Panics
+    /// With fewer places than the face has vertices.
+    pub fn add_loads(&self, activation: f64, newton: &mut [Vector3<f64>]) {
+        for (v, f) in &self.loads {
+            newton[*v as usize] += f * activation;
+        }
+    }
+
     /// The activation at which its law has this strength (N), as a fit finds it; 0 for an actuator without loads.
     pub fn activation_of_law_strength(&self, newton: f64) -> f64 {
         newton * self.sum_per_law_newton / self.strength_n
@@ -184,11 +194,7 @@ impl Actuators {
         let mut unknown = Vec::new();
         for (id, &activation) in &expression.activations {
             match self.get(id) {
-                Some(actuator) => {
-                    for (v, f) in &actuator.loads {
-                        newton[*v as usize] += f * activation;
-                    }
-                }
+                Some(actuator) => actuator.add_loads(activation, &mut newton),
                 None => unknown.push(id.clone()),
             }
         }

@@ -296,11 +296,7 @@ impl Player {
     fn load(&mut self) -> Result<(), SystemError> {
         let mut newton = vec![Vector3::zeros(); self.stage.system.len()];
         for (actuator, &activation) in self.stage.actuators.all.iter().zip(&self.now) {
-            if activation != 0.0 {
-                for (v, f) in &actuator.loads {
-                    newton[*v as usize] += f * activation;
-                }
-            }
+            actuator.add_loads(activation, &mut newton);
         }
         self.stage.system.open_jaw(self.jaw_now_deg.to_radians());
         self.stage.system.set_loads(newton)

@@ -1,21 +1,23 @@
 //! The muscle-based way to the forces: those of the muscles under which the skin comes to rest nearest to where it was seen.
 
+mod discrepancy;
 mod motion;
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector, Point2, Point3, Vector3};
+use nalgebra::{DVector, Point2, Point3, Vector3};
 
-use self::motion::{Found, Seen, find};
+use self::discrepancy::{Completed, complete};
+use self::motion::{Found, Seen, find, together};
 use super::{CustomizeInput, Kept, Outcome, kept, stages};
 use crate::expression::{Actuator, held, tractions};
-use crate::face::FaceModel;
+use crate::face::{FaceModel, Mesh};
 use crate::fit::design::Design;
 use crate::fit::selection::{SelectionSettings, smallest_set};
 use crate::fit::{Compare, Noise, Sample, student};
 use crate::forces::{self, SkinSpec};
 use crate::muscle::{LawKind, MuscleLaw};
-use crate::project::{Project, Role};
+use crate::project::{MuscleWay, Project, Role};
 use crate::simulate::SkinAtRest;
 
 /// The muscles that stand for the measured forces.
@@ -34,8 +36,8 @@ pub struct MuscleForces {
     /// The same over what the marks, the head's motion and the landmarks are said to err by, of one coordinate: 1 where these muscles are all that
     /// moved the skin.
     pub misfit: f64,
-    /// Where they take every vertex, mm, head motion left out.
-    pub positions: Vec<Point3<f64>>,
+    /// What pulls besides them; absent where it was not asked for.
+    pub besides: Option<Besides>,
     /// The measured force on every vertex, N, which fits and profiles of muscles go on being made from.
     pub measured: Vec<Vector3<f64>>,
     /// Its standard error, N.
@@ -57,6 +59,17 @@ pub struct Pulling {
     pub strength_n: f64,
     /// How far it alone moves the points, root mean square, px.
     pub moves_px: f64,
+}
+
+/// The pulls on the skin that are of no muscle, or of a muscle that does not pull as its law says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Besides {
+    /// How large they may be, of the muscles' traction nearby: its standard deviation as the points tell it.
+    pub share: f64,
+    /// The sum of their lengths, N.
+    pub newton: f64,
+    /// The same as a share of all that pulls, 0 to 1.
+    pub of_all: f64,
 }
 
 /// What a skin at rest is made from.
@@ -87,6 +100,9 @@ pub(super) struct Ready {
 const FELT: f64 = 0.2;
 /// Newton steps of the skin shorter than this, mm, are none.
 const REST_MM: f64 = 1e-3;
+/// What the mesh misses of a force, of the root mean square of those around: on independent truths of finer meshes, exact marks and the law that made
+/// them left 7 % (`docs/accuracy.md`).
+const OF_MESH: f64 = 0.07;
 
 /// What stays on its bone in a project's simulation: the rim and the corners of the eyes, the still points, for they are skin that the
 /// expression cannot move, and the fixed ones.
@@ -114,8 +130,7 @@ pub(super) fn explain(
     project: &Project,
     face: &FaceModel,
     outcome: &mut Outcome,
-    law: Option<LawKind>,
-    most: Option<u8>,
+    way: MuscleWay,
     customized: &CustomizeInput,
     ready: &mut Ready,
 ) -> Result<(), String> {
@@ -150,7 +165,7 @@ pub(super) fn explain(
     let loads = kept(&mut ready.loads, outcome.first.clone(), |_| BTreeMap::new());
     let mut nearest: Option<(LawKind, Tried)> = None;
     let mut why = NO_REST.to_owned();
-    let laws = law.as_ref().map_or(&LawKind::ALL[..], std::slice::from_ref);
+    let laws = way.law.as_ref().map_or(&LawKind::ALL[..], std::slice::from_ref);
     for &law in laws {
         loads.entry(law.name()).or_insert_with(|| {
             tractions(face, &outcome.first, &MuscleLaw::default_of(law)).map_err(|why| why.to_string())
@@ -169,14 +184,19 @@ pub(super) fn explain(
         }
     }
     let (law, mut tried) = nearest.ok_or(why)?;
-    if let Some(most) = most {
-        let chosen = fewest(&tried.found, &seen, &outcome.first, most).map_err(|why| why.to_string())?;
+    let mut chosen = None;
+    if let Some(most) = way.most {
+        let few = fewest(&tried.found, &seen, &outcome.first, most).map_err(|why| why.to_string())?;
         let from = Some((tried.found.activations.clone(), &tried.found.positions[..]));
-        tried.found = find(rest, &tried.loads, &seen, Some(&chosen), from, &outcome.first).ok_or(NO_REST)?;
+        tried.found = find(rest, &tried.loads, &seen, Some(&few), from, &outcome.first).ok_or(NO_REST)?;
+        chosen = Some(few);
     }
-    let Tried { felt, found, .. } = tried;
-    let covariance = found.covariance().ok_or(NO_REST)?;
-    let (force, sigma, muscles) = said(outcome, rest, &seen, found, &covariance, &felt, law);
+    let whole = if way.alone {
+        None
+    } else {
+        complete(rest, face.mesh(), &outcome.first, &seen, &tried.loads, &tried.found, chosen.as_deref())
+    };
+    let (force, sigma, muscles) = said(outcome, face, rest, &seen, law, &tried, whole).ok_or(NO_REST)?;
     let normals = face.mesh().vertex_normals(&outcome.first);
     let (in_surface, normal) = forces::split(&force, &normals);
     let field = &mut outcome.field;
@@ -244,9 +264,7 @@ fn landmark_slopes(face: &FaceModel, input: &CustomizeInput) -> Vec<LandmarkSlop
 /// An actuator's loads at full strength on every vertex, N.
 fn dense(actuator: &Actuator, vertices: usize) -> Vec<Vector3<f64>> {
     let mut newton = vec![Vector3::zeros(); vertices];
-    for (v, f) in &actuator.loads {
-        newton[*v as usize] = *f;
-    }
+    actuator.add_loads(1.0, &mut newton);
     newton
 }
 
@@ -278,78 +296,91 @@ fn fewest(
     Ok((0..found.activations.len()).map(|j| chosen.contains(&j)).collect())
 }
 
-/// The muscles' field and its standard errors, N, and the muscles themselves.
+/// Variance of a force by what the mesh misses ([`OF_MESH`]), N².
+fn of_mesh(mesh: &Mesh, force: &[Vector3<f64>], vertex: usize) -> f64 {
+    let around = mesh.neighbours(vertex).iter().map(|u| *u as usize).chain([vertex]);
+    let (sum, count) = around.fold((0.0, 0.0), |(sum, count), u| (sum + force[u].norm_squared(), count + 1.0));
+    OF_MESH * OF_MESH * sum / count
+}
+
+/// The muscles' field and its standard errors, N, and the muscles themselves; `whole` is what they are with what they leave.
 fn said(
     outcome: &Outcome,
+    face: &FaceModel,
     rest: &SkinAtRest,
     seen: &Seen<'_>,
-    found: Found,
-    covariance: &DMatrix<f64>,
-    felt: &[&Actuator],
     law: LawKind,
-) -> (Vec<Vector3<f64>>, Vec<f64>, MuscleForces) {
-    let (n, x) = (outcome.first.len(), &found.positions);
-    let known: Vec<bool> = outcome.states.iter().map(|s| s.is_known()).collect();
-    let all = vec![true; n];
+    tried: &Tried<'_>,
+    whole: Option<Completed>,
+) -> Option<(Vec<Vector3<f64>>, Vec<f64>, MuscleForces)> {
+    let (n, Tried { felt, loads, found }) = (outcome.first.len(), tried);
+    let degrees = |activations: &DVector<f64>| {
+        let pulls = activations.iter().filter(|a| **a > 0.0).count();
+        (2 * seen.len()).saturating_sub(pulls).max(1) as f64
+    };
+    let misfit = (found.square / degrees(&found.activations)).sqrt();
+    let left_px = seen.rms_px(|row| found.off[row]);
+    let share = whole.as_ref().map(|w| w.share);
+    let whole = match whole {
+        Some(whole) => whole,
+        None => Completed::alone(found, n)?,
+    };
+    let widened = (whole.square / degrees(&whole.activations)).sqrt().max(1.0);
+    let x = &whole.positions;
+    let (known, all) = (outcome.states.iter().map(|s| s.is_known()).collect::<Vec<bool>>(), vec![true; n]);
+    let pulls = together(loads, &whole.activations);
     let mut force = Vec::new();
     rest.skin().muscle_forces(x, &all, &mut force);
-    for (f, known) in force.iter_mut().zip(&known) {
-        if !known {
-            *f = Vector3::zeros();
+    for v in 0..n {
+        if !known[v] {
+            force[v] = Vector3::zeros();
+        } else if !rest.free()[v] {
+            // What is left there is the bone's.
+            force[v] = pulls[v];
         }
     }
-    let pulls = found.activations.iter().filter(|a| **a > 0.0).count();
-    let freedom = (2 * seen.len()).saturating_sub(pulls).max(1);
-    let misfit = (found.square / freedom as f64).sqrt();
-    let widened = misfit.max(1.0);
-    // What a full activation of each muscle changes of each force: δF_i = Σ_j B_ij (δx_i − δx_j).
     let slopes = rest.skin().slopes(x, &all);
-    let changed = |v: usize| -> Vec<Vector3<f64>> {
+    // δF_i = Σ_j B_ij (δx_i − δx_j).
+    let errors = &whole.errors;
+    let variance = |v: usize| -> f64 {
         let rows: Vec<_> = slopes.at(v).collect();
-        found.moved.iter().map(|d| rows.iter().map(|(j, block)| block * (d[v] - d[*j])).sum()).collect()
+        let change = |c: usize| {
+            if !rest.free()[v] {
+                return (0..felt.len()).map(|j| loads[j][v] * errors.activations[(j, c)]).sum::<Vector3<f64>>();
+            }
+            let at = |v: usize| errors.places.fixed_view::<3, 1>(3 * v, c);
+            rows.iter().map(|(j, block)| block * (at(v) - at(*j))).sum::<Vector3<f64>>()
+        };
+        (0..errors.places.ncols()).map(|c| change(c).norm_squared()).sum()
     };
     let sigma = |v: usize| {
-        if !known[v] {
-            return 0.0;
-        }
-        let of = changed(v);
-        let mut square = 0.0;
-        for (i, left) in of.iter().enumerate() {
-            for (j, right) in of.iter().enumerate() {
-                square += covariance[(i, j)] * left.dot(right);
-            }
-        }
-        widened * square.max(0.0).sqrt()
+        if known[v] { (widened * widened * variance(v) + of_mesh(face.mesh(), &force, v)).sqrt() } else { 0.0 }
     };
-    let sigma = (0..n).map(sigma).collect();
+    let sigma: Vec<f64> = (0..n).map(sigma).collect();
     let t = student::two_sided_95(None);
-    let rms_px = |whitened: &dyn Fn(usize) -> f64| {
-        let squares = seen
-            .points()
-            .iter()
-            .enumerate()
-            .map(|(k, point)| (whitened(2 * k).powi(2) + whitened(2 * k + 1).powi(2)) * point.2 * point.2);
-        (squares.sum::<f64>() / seen.len() as f64).sqrt()
-    };
-    let pulling = felt.iter().enumerate().filter(|(j, _)| found.activations[*j] > 0.0).map(|(j, actuator)| {
-        let (a, error) = (found.activations[j], widened * covariance[(j, j)].sqrt());
+    let pulling = felt.iter().enumerate().filter(|(j, _)| whole.activations[*j] > 0.0).map(|(j, actuator)| {
+        let (a, error) = (whole.activations[j], widened * errors.of_activation(j));
         Pulling {
             id: actuator.id.clone(),
             name: actuator.label(),
             activation: a,
             between: [(a - t * error).max(0.0), a + t * error],
             strength_n: a * actuator.strength_n,
-            moves_px: rms_px(&|row| a * found.slopes[(row, j)]),
+            moves_px: seen.rms_px(|row| a * found.slopes[(row, j)]),
         }
     });
     let pulling = pulling.collect();
-    let left_px = rms_px(&|row| found.off[row]);
     let still = |(v, at, _): &(usize, Point2<f64>, f64)| {
         let there = outcome.head.motion.last_from_first(&outcome.first[*v]);
         (at - outcome.camera.image_from_face(&there)).norm_squared()
     };
     let motion: f64 = seen.points().iter().map(still).sum();
     let explained = 1.0 - left_px * left_px * seen.len() as f64 / motion.max(f64::MIN_POSITIVE);
+    let besides = share.map(|share| {
+        let sum = |all: &[Vector3<f64>]| all.iter().map(Vector3::norm).sum::<f64>();
+        let newton = sum(&whole.besides);
+        Besides { share, newton, of_all: newton / (newton + sum(&pulls)).max(f64::MIN_POSITIVE) }
+    });
     let muscles = MuscleForces {
         law,
         pulling,
@@ -357,11 +388,11 @@ fn said(
         explained,
         left_px,
         misfit,
-        positions: found.positions,
+        besides,
         measured: Vec::new(),
         measured_sigma: Vec::new(),
     };
-    (force, sigma, muscles)
+    Some((force, sigma, muscles))
 }
 
 #[cfg(test)]

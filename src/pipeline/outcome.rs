@@ -91,7 +91,7 @@ pub struct ForceField {
     pub depth_change: Vec<f64>,
     /// Sum of the internal forces over the mesh: zero but for rounding, the self-check.
     pub internal_sum: Vector3<f64>,
-    /// Vertices with a spring strained beyond the skin table.
+    /// Vertices that touch skin strained beyond its table.
     pub outside_table: Vec<bool>,
     /// Strain of every edge of the mesh; absent where an end is unmeasured.
     pub strain: Vec<Option<f64>>,
@@ -174,7 +174,7 @@ pub enum Warning {
         off_mm: f64,
     },
     /// Strains beyond the table.
-    #[error("{count} vertices have a spring strained beyond the skin table: their forces are extrapolated.")]
+    #[error("{count} vertices touch skin strained beyond its table: their forces are extrapolated.")]
     OutsideTable {
         /// Number of vertices.
         count: usize,
@@ -195,13 +195,16 @@ pub enum Warning {
     },
     /// The forces shown are those of muscles, and these leave more of the motion than marks err.
     #[error(
-        "The muscles leave the points {left_px:.1} px off, {misfit:.1} times what marks, head and landmarks err by: try another law, or read their field as theirs alone."
+        "The muscles leave the points {left_px:.1} px off, {misfit:.1} times what marks, head and landmarks err by: {}.",
+        not_all(*.besides)
     )]
     MusclesExplainLittle {
         /// Root mean square distance of the points from where the muscles take them, px.
         left_px: f64,
         /// The same over what the marks, the head's motion and the landmarks are said to err by.
         misfit: f64,
+        /// Share of all that pulls that is none of theirs, 0 to 1, where that was asked for.
+        besides: Option<f64>,
     },
     /// There is no field of muscles.
     #[error("The field is the measured one, not that of muscles: {why}.")]
@@ -219,6 +222,12 @@ pub enum Warning {
         /// Median of force / standard error.
         ratio: f64,
     },
+}
+
+fn not_all(besides: Option<f64>) -> String {
+    besides.map_or("they are not all that moved the skin, so read their field as theirs alone".to_owned(), |share| {
+        format!("{:.0} % of the field is pulls besides theirs", 100.0 * share)
+    })
 }
 
 fn outside_picture(count: usize, first: &PointId) -> String {

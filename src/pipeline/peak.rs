@@ -61,7 +61,7 @@ impl Peak {
 
 impl Outcome {
     /// Whether the force on a vertex can be believed: a hand has measured it; it is not on the border, which carries the reaction
-    /// of skin that nobody measured; and none of its springs is strained beyond the skin table.
+    /// of skin that nobody measured; and the skin around it is not strained beyond its table.
     pub fn is_believed(&self, vertex: usize) -> bool {
         self.states.get(vertex) == Some(&VertexState::Measured)
             && !self.border.get(vertex).copied().unwrap_or(false)

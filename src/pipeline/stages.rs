@@ -499,7 +499,8 @@ pub(super) fn warn(project: &Project, outcome: &mut Outcome, mesh: &Mesh) {
         found.push(Warning::NoisyField { sigma_px: project.settings.marking_sigma_px, ratio });
     }
     if let Some(m) = outcome.muscles.as_ref().filter(|m| m.misfit > EXPLAINED) {
-        found.push(Warning::MusclesExplainLittle { left_px: m.left_px, misfit: m.misfit });
+        let besides = m.besides.map(|b| b.of_all);
+        found.push(Warning::MusclesExplainLittle { left_px: m.left_px, misfit: m.misfit, besides });
     }
     outcome.warnings.splice(0..0, found);
 }

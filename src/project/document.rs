@@ -196,17 +196,22 @@ pub enum FieldWay {
         weight: WeightRule,
     },
     /// The forces of the muscles under which the skin comes to rest nearest to the points.
-    Muscles {
-        /// How smooth the motion of the skin is from which the measured forces are found, which fits go on being made from.
-        #[serde(default)]
-        weight: WeightRule,
-        /// How a muscle pulls on the skin around its fibre; absent: by the law of the four that leaves the points nearest.
-        #[serde(default)]
-        law: Option<LawKind>,
-        /// At most so many muscles, the smallest set that explains the motion; all that pull where absent.
-        #[serde(default)]
-        most: Option<u8>,
-    },
+    Muscles(MuscleWay),
+}
+
+/// How muscles are asked for the field.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MuscleWay {
+    /// How smooth the motion of the skin is from which the measured forces are found, which fits go on being made from.
+    pub weight: WeightRule,
+    /// How a muscle pulls on the skin around its fibre; absent: by the law of the four that leaves the points nearest.
+    pub law: Option<LawKind>,
+    /// At most so many muscles, the smallest set that explains the motion; all that pull where absent.
+    pub most: Option<u8>,
+    /// Whether nothing pulls but the muscles; otherwise what they leave is taken for smooth pulls besides them, as far as the points ask.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub alone: bool,
 }
 
 impl FieldWay {
@@ -214,7 +219,7 @@ impl FieldWay {
     pub const ALL: [Self; 3] = [
         Self::Direct,
         Self::Regularised { weight: WeightRule::Discrepancy },
-        Self::Muscles { weight: WeightRule::Discrepancy, law: None, most: None },
+        Self::Muscles(MuscleWay { weight: WeightRule::Discrepancy, law: None, most: None, alone: false }),
     ];
 
     /// Whether it is the thesis's.
@@ -227,7 +232,7 @@ impl FieldWay {
         match self {
             Self::Direct => "direct",
             Self::Regularised { .. } => "regularised",
-            Self::Muscles { .. } => "muscles",
+            Self::Muscles(_) => "muscles",
         }
     }
 
@@ -236,7 +241,7 @@ impl FieldWay {
         match self {
             Self::Direct => "Direct",
             Self::Regularised { .. } => "Regularised",
-            Self::Muscles { .. } => "Muscles",
+            Self::Muscles(_) => "Muscles",
         }
     }
 
@@ -244,7 +249,7 @@ impl FieldWay {
     pub fn weight(self) -> Option<WeightRule> {
         match self {
             Self::Direct => None,
-            Self::Regularised { weight } | Self::Muscles { weight, .. } => Some(weight),
+            Self::Regularised { weight } | Self::Muscles(MuscleWay { weight, .. }) => Some(weight),
         }
     }
 
@@ -254,7 +259,7 @@ impl FieldWay {
         match self {
             Self::Direct => Self::Direct,
             Self::Regularised { .. } => Self::Regularised { weight },
-            Self::Muscles { law, most, .. } => Self::Muscles { weight, law, most },
+            Self::Muscles(way) => Self::Muscles(MuscleWay { weight, ..way }),
         }
     }
 
@@ -267,7 +272,7 @@ impl FieldWay {
             Self::Regularised { .. } => {
                 "F = −K X at the smoothest motion of the skin that the marks allow within their stated error"
             }
-            Self::Muscles { .. } => {
+            Self::Muscles(_) => {
                 "The forces of the muscles under which the skin comes to rest nearest to the points: by far the nearest where muscles of this law moved it, and wrong where they did not, which the distance left tells"
             }
         }

@@ -14,7 +14,8 @@ pub mod sample;
 pub mod whole_file;
 
 pub use document::{
-    CameraSettings, FaceSource, Feature, FieldWay, FramePair, FrameRef, Mark, MarkState, Project, Role, Settings,
+    CameraSettings, FaceSource, Feature, FieldWay, FramePair, FrameRef, Mark, MarkState, MuscleWay, Project, Role,
+    Settings,
 };
 pub use edit::{Edit, EditError, PointId, Which};
 pub use file::ProjectFileError;

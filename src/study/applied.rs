@@ -5,7 +5,7 @@ use crate::displacement::regularised::WeightRule;
 use crate::displacement::{DepthRule, UnmarkedRule};
 use crate::forces::{SkinModel, SpringRule};
 use crate::muscle::LawKind;
-use crate::project::{FieldWay, Settings};
+use crate::project::{FieldWay, MuscleWay, Settings};
 
 /// A project's choices with a method of a study in place.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,15 +86,18 @@ fn choices(method: &str, setting: &str) -> Vec<Choice> {
                 let weight = WeightRule::ALL.into_iter().find(|w| w.label().to_lowercase() == word)?;
                 return Some(Choice::Field(FieldWay::Regularised { weight }));
             }
-            let word = other.strip_prefix("Muscles, ")?;
-            let named = LawKind::ALL.into_iter().find(|l| l.label() == word);
+            let (word, alone) = match other.strip_prefix("Muscles alone, ") {
+                Some(word) => (word, true),
+                None => (other.strip_prefix("Muscles, ")?, false),
+            };
+            let law = LawKind::ALL.into_iter().find(|l| l.label() == word);
             let most = match word {
                 "all" => None,
                 "smallest set" => Some(u8::MAX),
-                _ if named.is_some() => None,
+                _ if law.is_some() => None,
                 _ => Some(word.strip_prefix("at most ")?.parse().ok()?),
             };
-            Some(Choice::Field(FieldWay::Muscles { weight: WeightRule::default(), law: named, most }))
+            Some(Choice::Field(FieldWay::Muscles(MuscleWay { law, most, alone, ..MuscleWay::default() })))
         }),
     };
     let by_pair = |(name, value): (&str, &str)| match (name, value) {
@@ -145,14 +148,15 @@ fn field_words(way: FieldWay) -> String {
     match way {
         FieldWay::Direct => format!("{label}, as the thesis"),
         FieldWay::Regularised { weight } => format!("{label}, weight by {}", weight.label().to_lowercase()),
-        FieldWay::Muscles { law, most, .. } => {
+        FieldWay::Muscles(MuscleWay { law, most, alone, .. }) => {
+            let alone = if alone { " alone" } else { "" };
             let most = match most {
                 None => String::new(),
                 Some(u8::MAX) => ", the fewest that explain the motion".to_owned(),
                 Some(n) => format!(", at most {n}"),
             };
             let law = law.map_or("the law that leaves least", LawKind::label);
-            format!("{label}, {law}{most}")
+            format!("{label}{alone}, {law}{most}")
         }
     }
 }
@@ -186,16 +190,17 @@ mod tests {
         assert_eq!(applied("Direct", "rules=as the scene", &smooth.settings).unwrap().settings.field, FieldWay::Direct);
         let muscles = applied("Muscles, at most 2", "depth=height; mesh=own", &now).unwrap();
         let law = None;
-        assert_eq!(muscles.settings.field, FieldWay::Muscles { weight: WeightRule::Discrepancy, law, most: Some(2) });
+        let of = |law, most, alone| FieldWay::Muscles(MuscleWay { law, most, alone, ..MuscleWay::default() });
+        assert_eq!(muscles.settings.field, of(law, Some(2), false));
         assert_eq!(muscles.settings.depth, DepthRule::KeepHeight);
         assert!(muscles.words.starts_with(
             "Way to the forces: muscles, the law that leaves least, at most 2 (now direct, as the thesis)."
         ));
         let named = |name: &str| applied(name, "rules=as the scene", &now).unwrap().settings.field;
-        let of = |law, most| FieldWay::Muscles { weight: WeightRule::Discrepancy, law, most };
-        assert_eq!(named("Muscles, all"), of(law, None));
-        assert_eq!(named("Muscles, smallest set"), of(law, Some(u8::MAX)));
-        assert_eq!(named("Muscles, Waters sheet"), of(Some(LawKind::WatersSheet), None));
+        assert_eq!(named("Muscles, all"), of(law, None, false));
+        assert_eq!(named("Muscles alone, all"), of(law, None, true));
+        assert_eq!(named("Muscles, smallest set"), of(law, Some(u8::MAX), false));
+        assert_eq!(named("Muscles, Waters sheet"), of(Some(LawKind::WatersSheet), None, false));
         assert_eq!(applied("Muscles, of nobody", "rules=as the scene", &now), None);
         assert_eq!(applied("Direct", "depth=height; mesh=finer", &now), None);
         assert_eq!(applied("Implicit Euler", "step_ms=1; stiffness=1", &now), None);

@@ -109,7 +109,11 @@ const VIEWS: &[View] = &[
         let mut settings = w.state().project().settings.clone();
         let weight = frontalis::displacement::regularised::WeightRule::Discrepancy;
         let law = frontalis::muscle::LawKind::Anatomical;
-        settings.field = frontalis::project::FieldWay::Muscles { weight, law: Some(law), most: None };
+        settings.field = frontalis::project::FieldWay::Muscles(frontalis::project::MuscleWay {
+            weight,
+            law: Some(law),
+            ..Default::default()
+        });
         settings.skin_model = frontalis::forces::SkinModel::Membrane;
         w.state_mut().push(frontalis::gui::Command::Edit(frontalis::project::Edit::SetSettings(settings)));
         w.state_mut().view_mut().frames.side = SideTab::Settings;

@@ -9,7 +9,7 @@ use crate::simulate::{Ended, Equilibrium, SkinAtRest};
 
 /// Activations are taken to be spread with the density e^(−a/m)/m, and this m: a muscle is used only where the points ask for it, and those
 /// hardly felt stay at rest.
-const USUAL: f64 = 0.2;
+pub(super) const USUAL: f64 = 0.2;
 /// A place is believed to no less than this, mm: what a mesh of 8 mm triangles missed of the places of one with a quarter of their size, under
 /// the same muscles.
 const LEAST_MM: f64 = 0.06;
@@ -20,7 +20,7 @@ const STEPS: usize = 20;
 /// Halvings of a step before it is given up.
 const HALVINGS: usize = 6;
 /// A step that lowers the cost by a smaller share is the last.
-const ENOUGH: f64 = 1e-3;
+const ENOUGH: f64 = 1e-2;
 /// Where a step is foretold to take no vertex further, mm, its equilibrium is looked for from the foretold places.
 const NEAR_MM: f64 = 3.0;
 
@@ -87,7 +87,7 @@ impl<'a> Seen<'a> {
     }
 
     /// Whitened distances of the points from where the skin at `x` shows them.
-    fn off(&self, x: &[Point3<f64>]) -> DVector<f64> {
+    pub(super) fn off(&self, x: &[Point3<f64>]) -> DVector<f64> {
         let of = |(v, at, sigma): &(usize, Point2<f64>, f64)| {
             let off = (at - self.camera.image_from_face(&self.head.motion.last_from_first(&x[*v]))) / *sigma;
             [off.x, off.y]
@@ -96,7 +96,7 @@ impl<'a> Seen<'a> {
     }
 
     /// Whitened motion of the points in the picture, a column for each motion of all vertices (mm).
-    fn motion(&self, x: &[Point3<f64>], moved: &[Vec<Vector3<f64>>]) -> DMatrix<f64> {
+    pub(super) fn motion(&self, x: &[Point3<f64>], moved: &[Vec<Vector3<f64>>]) -> DMatrix<f64> {
         let turn = self.head.motion.rotation.to_rotation_matrix();
         let mut all = DMatrix::zeros(2 * self.points.len(), moved.len());
         for (k, &(v, _, sigma)) in self.points.iter().enumerate() {
@@ -127,20 +127,33 @@ impl<'a> Seen<'a> {
         Some(moved.iter().map(share).collect())
     }
 
+    /// Root mean square over the points of what is whitened, one value a row, px.
+    pub(super) fn rms_px(&self, whitened: impl Fn(usize) -> f64) -> f64 {
+        let of = |(k, (.., sigma)): (usize, &(usize, Point2<f64>, f64))| {
+            (whitened(2 * k).powi(2) + whitened(2 * k + 1).powi(2)) * sigma * sigma
+        };
+        (self.points.iter().enumerate().map(of).sum::<f64>() / self.len() as f64).sqrt()
+    }
+
     /// rᵀ W r.
-    fn square(&self, off: &DVector<f64>) -> f64 {
+    pub(super) fn square(&self, off: &DVector<f64>) -> f64 {
         let shared = &self.shared * off;
         off.norm_squared() - shared.dot(&(&self.inner * &shared))
     }
 
-    /// ½ rᵀ W r of r = u − J a as normal equations.
-    fn normal(&self, slopes: &DMatrix<f64>, aim: &DVector<f64>) -> NormalEquations {
-        let mut normal = NormalEquations::of(slopes, aim);
-        let (shared, of_aim) = (&self.shared * slopes, &self.shared * aim);
-        normal.gram -= shared.tr_mul(&(&self.inner * &shared));
-        normal.moment -= shared.tr_mul(&(&self.inner * &of_aim));
-        normal.square -= of_aim.dot(&(&self.inner * &of_aim));
-        normal
+    /// rᵀ W r of r = u − J a as normal equations.
+    pub(super) fn normal(&self, slopes: &DMatrix<f64>, aim: &DVector<f64>) -> NormalEquations {
+        let shared = &self.shared * slopes;
+        let (moment, square) = self.moments(slopes, aim);
+        let gram = slopes.tr_mul(slopes) - shared.tr_mul(&(&self.inner * &shared));
+        NormalEquations { gram: 0.5 * (&gram + gram.transpose()), moment, square }
+    }
+
+    /// Jᵀ W u and uᵀ W u.
+    pub(super) fn moments(&self, slopes: &DMatrix<f64>, aim: &DVector<f64>) -> (DVector<f64>, f64) {
+        let of_aim = &self.inner * (&self.shared * aim);
+        let weighed = aim - self.shared.tr_mul(&of_aim);
+        (slopes.tr_mul(&weighed), aim.dot(&weighed))
     }
 }
 
@@ -203,13 +216,7 @@ pub(super) fn find(
                 moved,
             });
         }
-        // No further from here than the linear problem can be believed.
-        let mut near = normal.clone();
-        for j in 0..a.len() {
-            near.gram[(j, j)] += BELIEVED.powi(-2);
-            near.moment[j] += a[j] * BELIEVED.powi(-2);
-        }
-        let aim = non_negative::solve(&near, allowed);
+        let aim = non_negative::solve(&believed(&normal, &a), allowed);
         if aim.ended != non_negative::Ended::Minimum {
             return None;
         }
@@ -245,6 +252,16 @@ pub(super) fn find(
     }
 }
 
+/// The linear problem with a cost of going far from the activations that it was made at: no further than it can be believed.
+pub(super) fn believed(normal: &NormalEquations, from: &DVector<f64>) -> NormalEquations {
+    let mut near = normal.clone();
+    for j in 0..from.len() {
+        near.gram[(j, j)] += BELIEVED.powi(-2);
+        near.moment[j] += from[j] * BELIEVED.powi(-2);
+    }
+    near
+}
+
 /// Σ s_j v_j.
 pub(super) fn together(vectors: &[Vec<Vector3<f64>>], shares: &DVector<f64>) -> Vec<Vector3<f64>> {
     let mut sum = vec![Vector3::zeros(); vectors.first().map_or(0, Vec::len)];
@@ -257,31 +274,58 @@ pub(super) fn together(vectors: &[Vec<Vector3<f64>>], shares: &DVector<f64>) -> 
 }
 
 impl Found {
-    /// Covariance of the activations where the stated errors are true: (Jᵀ W J)⁻¹ over the muscles that pull. Of one at rest the posterior
-    /// density falls from zero on as e^(−g a − ½ G a²), g the slope of the cost and G its curvature there; its second moment about zero lies between
-    /// 1/G (g = 0) and 2/g² (g large), and is taken for 1/(G + ½ g²).
-    pub(super) fn covariance(&self) -> Option<DMatrix<f64>> {
-        let (a, gram) = (&self.activations, &self.normal.gram);
-        let slope = &self.normal.moment - gram * a;
-        let active: Vec<usize> = (0..a.len()).filter(|&j| a[j] > 0.0).collect();
-        let mut all = DMatrix::zeros(a.len(), a.len());
-        for j in (0..a.len()).filter(|&j| a[j] == 0.0) {
-            all[(j, j)] = 1.0 / (gram[(j, j)] + 0.5 * slope[j] * slope[j]).max(f64::MIN_POSITIVE);
-        }
-        if active.is_empty() {
-            return Some(all);
-        }
-        let scale: Vec<f64> = active.iter().map(|&j| gram[(j, j)].sqrt()).collect();
-        let part =
-            DMatrix::from_fn(active.len(), active.len(), |r, c| gram[(active[r], active[c])] / (scale[r] * scale[c]));
-        let inverse = part.cholesky()?.inverse();
-        for (r, &i) in active.iter().enumerate() {
-            for (c, &j) in active.iter().enumerate() {
-                all[(i, j)] = inverse[(r, c)] / (scale[r] * scale[c]);
-            }
-        }
-        Some(all)
+    /// How activations and places err together, by the muscles alone.
+    pub(super) fn errors(&self) -> Option<Errors> {
+        let root = covariance(&self.activations, &self.normal)?.cholesky()?.unpack();
+        Some(Errors { places: Errors::places(&self.moved) * &root, activations: root })
     }
+}
+
+/// Independent errors of one standard deviation each, a column for each of them.
+pub(super) struct Errors {
+    /// What each changes of the activations.
+    pub(super) activations: DMatrix<f64>,
+    /// And of the vertices' places, mm: x, y, z of the first, x of the second, …
+    pub(super) places: DMatrix<f64>,
+}
+
+impl Errors {
+    /// Motions of all vertices, a column each.
+    pub(super) fn places(moved: &[Vec<Vector3<f64>>]) -> DMatrix<f64> {
+        let rows = 3 * moved.first().map_or(0, Vec::len);
+        DMatrix::from_iterator(rows, moved.len(), moved.iter().flatten().flat_map(|d| [d.x, d.y, d.z]))
+    }
+
+    /// Standard error of an activation.
+    pub(super) fn of_activation(&self, muscle: usize) -> f64 {
+        self.activations.row(muscle).norm()
+    }
+}
+
+/// Covariance of activations where the stated errors are true, given the normal equations of the points' motion less what being used costs:
+/// (Jᵀ W J)⁻¹ over the muscles that pull. Of one at rest the posterior density falls from zero on as e^(−g a − ½ G a²), g the slope of the cost and G
+/// its curvature there; its second moment about zero lies between 1/G (g = 0) and 2/g² (g large), and is taken for 1/(G + ½ g²).
+pub(super) fn covariance(activations: &DVector<f64>, normal: &NormalEquations) -> Option<DMatrix<f64>> {
+    let (a, gram) = (activations, &normal.gram);
+    let slope = &normal.moment - gram * a;
+    let active: Vec<usize> = (0..a.len()).filter(|&j| a[j] > 0.0).collect();
+    let mut all = DMatrix::zeros(a.len(), a.len());
+    for j in (0..a.len()).filter(|&j| a[j] == 0.0) {
+        all[(j, j)] = 1.0 / (gram[(j, j)] + 0.5 * slope[j] * slope[j]).max(f64::MIN_POSITIVE);
+    }
+    if active.is_empty() {
+        return Some(all);
+    }
+    let scale: Vec<f64> = active.iter().map(|&j| gram[(j, j)].sqrt()).collect();
+    let part =
+        DMatrix::from_fn(active.len(), active.len(), |r, c| gram[(active[r], active[c])] / (scale[r] * scale[c]));
+    let inverse = part.cholesky()?.inverse();
+    for (r, &i) in active.iter().enumerate() {
+        for (c, &j) in active.iter().enumerate() {
+            all[(i, j)] = inverse[(r, c)] / (scale[r] * scale[c]);
+        }
+    }
+    Some(all)
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ use crate::face::FaceModel;
 use crate::forces::{SkinModel, SpringRule};
 use crate::muscle::LawKind;
 use crate::pipeline::{self, Workspace};
-use crate::project::{FieldWay, Project, Role, Settings};
+use crate::project::{FieldWay, MuscleWay, Project, Role, Settings};
 use crate::simulate::Ended;
 
 /// Marks moved one after the other while the chain is timed.
@@ -92,10 +92,13 @@ fn ways() -> Vec<(String, FieldWay)> {
         let way = FieldWay::Regularised { weight };
         (format!("{}, {}", way.label(), weight.label().to_lowercase()), way)
     }));
-    all.extend([Some(LawKind::WatersSheet), Some(LawKind::Anatomical), None].map(|law| {
-        let way = FieldWay::Muscles { weight, law, most: None };
-        (format!("{}, {}", way.label(), law.map_or("all", LawKind::label)), way)
-    }));
+    for alone in [false, true] {
+        all.extend([Some(LawKind::WatersSheet), Some(LawKind::Anatomical), None].map(|law| {
+            let way = FieldWay::Muscles(MuscleWay { weight, law, most: None, alone });
+            let alone = if alone { " alone" } else { "" };
+            (format!("{}{alone}, {}", way.label(), law.map_or("all", LawKind::label)), way)
+        }));
+    }
     all
 }
 
@@ -237,7 +240,7 @@ fn measured(scene: Scene, way: FieldWay, change: fn(&mut Settings), row: Run) ->
     let size = [SIZE, SIZE];
     let mut workspace = Workspace::default();
     let outcome = pipeline::solve(&project, &scene.face, size, &mut workspace);
-    if matches!(way, FieldWay::Muscles { .. }) && outcome.muscles.is_none() {
+    if matches!(way, FieldWay::Muscles(_)) && outcome.muscles.is_none() {
         return row.failing(Some("the muscles cannot be fitted".to_owned()));
     }
     let force = &outcome.field.force;

@@ -9,7 +9,7 @@ use crate::displacement::DepthRule;
 use crate::displacement::regularised::WeightRule;
 use crate::forces::SkinModel;
 use crate::pipeline::{self, Outcome, Workspace};
-use crate::project::{FieldWay, Project, Role};
+use crate::project::{FieldWay, MuscleWay, Project, Role};
 
 /// How fine the mesh is that the chain runs on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,18 +55,19 @@ const COARSE: &[Level] = &[Level::Thinned, Level::Own];
 const WEIGHT: WeightRule = WeightRule::Discrepancy;
 const SMOOTH: FieldWay = FieldWay::Regularised { weight: WEIGHT };
 
-const fn muscles(most: Option<u8>) -> FieldWay {
-    FieldWay::Muscles { weight: WEIGHT, law: None, most }
+const fn muscles(most: Option<u8>, alone: bool) -> FieldWay {
+    FieldWay::Muscles(MuscleWay { weight: WEIGHT, law: None, most, alone })
 }
 
 /// The ways, the simplest first.
 #[rustfmt::skip]
-const WAYS: [Way; 5] = [
+const WAYS: [Way; 6] = [
     Way { name: "Direct", field: FieldWay::Direct, skins: BOTH, depths: DEPTHS, levels: LEVELS },
     Way { name: "Regularised, discrepancy", field: SMOOTH, skins: BOTH, depths: DEPTHS, levels: LEVELS },
-    Way { name: "Muscles, at most 2", field: muscles(Some(2)), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
-    Way { name: "Muscles, smallest set", field: muscles(Some(u8::MAX)), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
-    Way { name: "Muscles, all", field: muscles(None), skins: MEMBRANE, depths: HEIGHT, levels: COARSE },
+    Way { name: "Muscles alone, at most 2", field: muscles(Some(2), true), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
+    Way { name: "Muscles alone, smallest set", field: muscles(Some(u8::MAX), true), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
+    Way { name: "Muscles alone, all", field: muscles(None, true), skins: MEMBRANE, depths: HEIGHT, levels: COARSE },
+    Way { name: "Muscles, all", field: muscles(None, false), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
 ];
 
 /// One rung.
@@ -158,7 +159,7 @@ impl Rung {
     /// Whether its region is tried: on the face's own mesh, as a membrane with the depth that skin over a skull has. Muscles are not asked of a
     /// region: points that stay tell that theirs do not pull.
     pub(super) fn has_region(&self) -> bool {
-        let muscles = matches!(self.field, FieldWay::Muscles { .. });
+        let muscles = matches!(self.field, FieldWay::Muscles(_));
         self.level == Level::Own && self.depth == DepthRule::KeepHeight && self.skin == SkinModel::Membrane && !muscles
     }
 
@@ -170,7 +171,7 @@ impl Rung {
     pub(super) fn solve(&self, ground: &Ground, project: &Project, workspace: &mut Workspace) -> Option<Answer> {
         let face = self.face(ground);
         let outcome = pipeline::solve(project, face, ground.size_px, workspace);
-        if matches!(self.field, FieldWay::Muscles { .. }) && outcome.muscles.is_none() {
+        if matches!(self.field, FieldWay::Muscles(_)) && outcome.muscles.is_none() {
             return None;
         }
         let coarse = ground.finer.coarse;

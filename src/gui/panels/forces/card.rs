@@ -45,7 +45,7 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, layer: &Layer, first: &[Point3
         geometry(ui, scene, first, v, state.is_known());
     });
     if outcome.field.outside_table.get(v).copied().unwrap_or(false) {
-        ui.colored_label(ui.visuals().warn_fg_color, "A spring here is strained beyond the skin table.");
+        ui.colored_label(ui.visuals().warn_fg_color, "The skin here is strained beyond its table.");
     }
     ui.add_space(8.0);
 }

@@ -97,7 +97,7 @@ fn why_not(outcome: &Outcome, vertex: usize) -> (&'static str, &'static str) {
     if outcome.field.outside_table.get(vertex) == Some(&true) {
         return (
             "beyond the skin table",
-            "Larger, but a spring there is strained beyond the skin table. Click to select it.",
+            "Larger, but the skin there is strained beyond its table. Click to select it.",
         );
     }
     if !outcome.stands_above_error(vertex) {

@@ -7,7 +7,7 @@ use crate::displacement::regularised::{FEWEST_MARKS, MOST_MARKS, Weighed, Weight
 use crate::gui::{Command, Scene};
 use crate::muscle::LawKind;
 use crate::pipeline::Smoothing;
-use crate::project::FieldWay;
+use crate::project::{FieldWay, MuscleWay};
 
 /// Height of the L-curve, points.
 const HEIGHT: f32 = 120.0;
@@ -25,7 +25,7 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
         }
     });
     let Some(weight) = settings.field.weight() else { return };
-    if let FieldWay::Muscles { weight, law, most } = settings.field {
+    if let FieldWay::Muscles(way) = settings.field {
         ui.add_space(4.0);
         ui.label("How a muscle pulls");
         let nearest = (
@@ -37,7 +37,7 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
             (Some(law), law.label(), "The law by which a muscle's force spreads over the skin about its fibre")
         });
         let laws: Vec<_> = std::iter::once(nearest).chain(named).collect();
-        rules(ui, settings, law, &laws, commands, |s, law| s.field = FieldWay::Muscles { weight, law, most });
+        rules(ui, settings, way.law, &laws, commands, |s, law| s.field = FieldWay::Muscles(MuscleWay { law, ..way }));
         ui.label("How many muscles");
         let numbers = [
             (
@@ -51,8 +51,24 @@ pub(super) fn show(ui: &mut Ui, scene: Scene<'_>, commands: &mut Vec<Command>) {
                 "A muscle is added only while it earns its place, by an information criterion and by the error on points left out.",
             ),
         ];
-        rules(ui, settings, most.is_some(), &numbers, commands, |s, few| {
-            s.field = FieldWay::Muscles { weight, law, most: few.then_some(u8::MAX) };
+        rules(ui, settings, way.most.is_some(), &numbers, commands, |s, few| {
+            s.field = FieldWay::Muscles(MuscleWay { most: few.then_some(u8::MAX), ..way });
+        });
+        ui.label("What the muscles leave");
+        let besides = [
+            (
+                false,
+                "Pulls besides them",
+                "What they leave is taken for pulls along the skin near them, as large as the points ask for: the field is nearer where the law is not how these muscles pull, and its error bars count that",
+            ),
+            (
+                true,
+                "Nothing: the muscles alone",
+                "The field is theirs alone. Faster, and far off with narrow error bars where the law is wrong",
+            ),
+        ];
+        rules(ui, settings, way.alone, &besides, commands, |s, alone| {
+            s.field = FieldWay::Muscles(MuscleWay { alone, ..way });
         });
         ui.add_space(4.0);
         found(ui, scene);
@@ -98,8 +114,11 @@ fn found(ui: &mut Ui, scene: Scene<'_>) {
     let named = most.map_or(String::new(), |p| {
         format!("; the {} moves them most, at {:.0} % of its strength", p.name, 100.0 * p.activation)
     });
+    let besides = muscles
+        .besides
+        .map_or(String::new(), |b| format!(" Pulls besides theirs are {:.0} % of all that pulls.", 100.0 * b.of_all));
     let text = format!(
-        "{} of {} muscles move the points ({}){named}. They leave the points {:.2} px off, {:.1} times what marks, head and landmarks err by, and explain {:.0} % of the motion.",
+        "{} of {} muscles move the points ({}){named}. They leave the points {:.2} px off, {:.1} times what marks, head and landmarks err by, and explain {:.0} % of the motion.{besides}",
         muscles.pulling.len(),
         muscles.among,
         muscles.law.label(),
