@@ -25,7 +25,7 @@ use crate::pipeline::{self, Outcome};
 use crate::project::autosave::{self, Named, Unnamed};
 use crate::project::recent::Recent;
 use crate::project::whole_file;
-use crate::project::{FaceSource, History, PointId, Project, Which};
+use crate::project::{FaceSource, FieldWay, History, MuscleWay, PointId, Project, Settings, Which};
 use crate::suggest::Suggestion;
 
 /// Size of the picture while there is none, px: that of the thesis.
@@ -117,6 +117,8 @@ impl Journal {
 pub(super) struct Solver {
     workspace: pipeline::Workspace,
     revision: u64,
+    /// The last run left the muscles for later.
+    muscles_wait: bool,
 }
 
 impl OpenDocument {
@@ -156,7 +158,7 @@ impl App {
             document: OpenDocument::new(project, path, false),
             face,
             outcome,
-            solver: Solver { workspace, revision: 0 },
+            solver: Solver { workspace, revision: 0, muscles_wait: false },
             pictures: Pictures::default(),
             suggesting: Suggesting::default(),
             view,
@@ -424,11 +426,22 @@ impl App {
     pub(super) fn resolve(&mut self, ctx: &egui::Context) {
         self.follow_face();
         let history = &self.document.history;
-        if self.solver.revision == history.revision() {
+        let project = history.project();
+        // Muscles take as long as several frames of the window: under the hand the measured forces stand for theirs.
+        let quick = match project.settings.field {
+            FieldWay::Muscles(MuscleWay { weight, .. }) if self.view.frames.drag.is_some() => {
+                let settings = Settings { field: FieldWay::Regularised { weight }, ..project.settings.clone() };
+                Some(Project { settings, ..project.clone() })
+            }
+            _ => None,
+        };
+        let arrived = self.solver.muscles_wait && quick.is_none();
+        if self.solver.revision == history.revision() && !arrived {
             return;
         }
         self.solver.revision = history.revision();
-        let project = history.project();
+        self.solver.muscles_wait = quick.is_some();
+        let project = quick.as_ref().unwrap_or(project);
         self.outcome = pipeline::solve(project, &self.face, image_size_px(project), &mut self.solver.workspace);
         self.stamp.outcome += 1;
         ctx.request_discard("the project changed");

@@ -2,8 +2,9 @@
 
 use egui::{Key, Modifiers, Pos2, Vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
+use frontalis::gui::Command;
 use frontalis::gui::panels::frames::Tool;
-use frontalis::project::{MarkState, PointId, Role, Which};
+use frontalis::project::{Edit, FieldWay, MarkState, MuscleWay, PointId, Role, Which};
 
 use crate::stage::{Person, Window, drag, key, keys, on_screen, open, project, seen, settle};
 
@@ -84,6 +85,34 @@ fn forces_follow_the_hand_while_it_drags() {
     window.step();
     assert!(window.state().view().frames.drag.is_some());
     assert_ne!(window.state().outcome().field.force[v as usize], before, "in the same frame as the motion");
+}
+
+/// The muscles take longer than a frame: under the hand the field is the measured one, and theirs again when it lets go.
+#[test]
+fn muscles_wait_for_the_hand_to_let_go() {
+    let (mut window, _folder) = window(true);
+    let mut settings = window.state().project().settings.clone();
+    settings.skin_model = frontalis::forces::SkinModel::Membrane;
+    let law = Some(frontalis::muscle::LawKind::Anatomical);
+    settings.field = FieldWay::Muscles(MuscleWay { law, ..MuscleWay::default() });
+    window.state_mut().push(Command::Edit(Edit::SetSettings(settings)));
+    window.run_steps(2);
+    assert!(window.state().outcome().muscles.is_some());
+    let v = frontalis::face::generic().region("forehead")[0];
+    let at = on_screen(&window, Which::Last, mark_of(&window, &PointId::FeatureLast(v)).unwrap());
+    let before = window.state().outcome().field.force[v as usize];
+    window.hover_at(at);
+    window.step();
+    window.drag_at(at);
+    window.step();
+    window.hover_at(at + Vec2::new(15.0, 0.0));
+    window.step();
+    let dragged = window.state().outcome();
+    assert!(dragged.muscles.is_none() && dragged.field.force[v as usize] != before);
+    window.drop_at(at + Vec2::new(15.0, 0.0));
+    window.run_steps(2);
+    assert!(window.state().outcome().muscles.is_some());
+    assert_ne!(window.state().outcome().field.force[v as usize], before);
 }
 
 #[test]
