@@ -18,12 +18,16 @@ pub use reading::reading;
 const STUDY: &str = "accuracy";
 
 /// The questions, and what stands above each chart.
-const PARTS: [(&str, &str); 6] = [
+const PARTS: [(&str, &str); 7] = [
     ("forces", "Forces from marks: a brow raise that slides on the face"),
     ("forces, rough", "Forces from marks: a rough motion that no smoothness was made for"),
     (
         "forces, membrane",
         "Forces from marks: foreheads of a membrane on a finer mesh, pulled by muscles in four expressions",
+    ),
+    (
+        "forces, elsewhere",
+        "Forces from marks: the same foreheads, pulled by muscles one vertex from where the face has them",
     ),
     ("forward", "Motion under one muscle for a thirtieth of a second, against steps of 0.04 ms"),
     ("laws", "The thesis's law fitted to its own field, from starts within a factor 3"),
