@@ -26,7 +26,7 @@ use crate::displacement::fill_in::Weights;
 use crate::displacement::regularised::Plate;
 use crate::displacement::{UnmarkedRule, VertexState};
 use crate::face::{FaceModel, Skull};
-use crate::forces::{self, Errors, Skin, SkinSpec};
+use crate::forces::{self, Skin, SkinSpec};
 use crate::project::Project;
 use crate::project::document::FieldWay;
 
@@ -163,11 +163,16 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
     let active: Vec<bool> = fill.states.iter().map(|s| s.is_known()).collect();
     let mut field = force_field(face, skin, &first, &displaced, &active);
     let slopes = skin.slopes(&displaced, &active);
-    let errors: Box<dyn Errors + '_> = match &smooth {
-        None => Box::new(stages::influence(project, &camera, &head, &measured, &first, fill)),
-        Some(smooth) => Box::new(stages::spread(smooth, &camera, &head, &measured, &first)),
-    };
-    field.sigma = errors.of_forces(&slopes);
+    match &smooth {
+        None => {
+            let influence = stages::influence(project, &camera, &head, &measured, &first, fill);
+            forces::standard_errors(&slopes, &influence, &mut field.sigma);
+        }
+        Some(smooth) => {
+            let influence = stages::spread(smooth, &camera, &head, &measured, &first);
+            forces::standard_errors_of_spread(&slopes, &influence, &mut field.sigma);
+        }
+    }
     let other = stages::place(marked, &camera, &head.motion, mesh, &first, settings.depth.other(), heights);
     let mut other_force = Vec::new();
     let other_displaced = stages::displaced(&first, &other, fill);

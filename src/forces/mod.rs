@@ -1,6 +1,5 @@
 //! From displacement to force: springs between neighbours, and the muscle forces that balance them, F = −K X.
 
-pub mod covariance;
 pub mod force_field;
 pub mod membrane;
 pub mod skin;
@@ -8,7 +7,6 @@ pub mod springs;
 pub mod stiffness;
 pub mod uncertainty;
 
-pub use covariance::Errors;
 pub use force_field::{internal_sum, muscle_forces, outside_table, split, strains};
 pub use membrane::{Material, Membrane, Sheet};
 pub use skin::{Skin, SkinModel, SkinSpec};
