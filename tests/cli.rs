@@ -1088,3 +1088,37 @@ fn a_play_that_fails_says_when_where_and_why_and_what_to_change() {
     assert!(failure["step"].as_u64().unwrap() > 0 && failure["vertex"].is_u64(), "{failure}");
     assert!(report["equilibrium"].is_null());
 }
+
+/// The muscles' field says which muscles, how sure, and what pulls besides them; alone it says nothing of the last.
+#[test]
+fn a_field_of_muscles_names_them_and_what_they_leave() {
+    let (_dir, out) = sample();
+    let solved = |field: Value, name: &str| -> (Value, String) {
+        let project = changed(&out, |p| {
+            p["settings"]["skin_model"] = "membrane".into();
+            p["settings"]["field"] = field;
+        });
+        let to = out.join(name);
+        done(&["solve", text(&project), "--out", text(&to)]);
+        let report: Value = serde_json::from_str(&fs::read_to_string(to.join("report.json")).unwrap()).unwrap();
+        (report["muscles"].clone(), fs::read_to_string(to.join("forces.csv")).unwrap())
+    };
+    let (both, with) = solved(serde_json::json!({ "way": "muscles", "law": "anatomical" }), "both");
+    let (alone, without) = solved(serde_json::json!({ "way": "muscles", "law": "anatomical", "alone": true }), "alone");
+    for muscles in [&both, &alone] {
+        assert_eq!(muscles["law"], "anatomical");
+        let pulling = muscles["pulling"].as_array().unwrap();
+        assert!(pulling.iter().any(|p| p["muscle"].as_str().unwrap().starts_with("frontalis")), "{muscles}");
+        for p in pulling {
+            let [low, a, high] = ["low", "activation", "high"].map(|k| p[k].as_f64().unwrap());
+            assert!(0.0 <= low && low <= a && a < high, "{p}");
+        }
+    }
+    let number = |key: &str| both["besides"][key].as_f64().unwrap();
+    assert!(number("sum_n") > 0.0 && number("spread_over_traction") > 0.0);
+    assert!((0.0..1.0).contains(&number("share_of_all")));
+    assert!(alone.get("besides").is_none() && with != without);
+    // A project remembers it in its file, and one from before the choice has it the new way.
+    let unknown = changed(&out, |p| p["settings"]["field"] = serde_json::json!({ "way": "muscles", "lone": true }));
+    assert!(refused(&["solve", text(&unknown), "--out", text(&out.join("no"))]).contains("lone"));
+}

@@ -581,3 +581,22 @@ fn a_landmark_that_folds_the_wireframe_or_lies_far_off_is_named() {
     assert!(said.contains(&format!("The mark of {} folds the wireframe", name("nose_tip"))), "{said}");
     assert!(!first_warning(whole).contains("The mark of"), "a good fit is not suspected");
 }
+
+#[test]
+fn the_muscles_can_be_taken_alone_and_the_panel_says_what_they_leave() {
+    let (mut window, _folder) = window(true);
+    window.state_mut().view_mut().frames.side = frontalis::gui::panels::frames::SideTab::Settings;
+    let mut settings = window.state().project().settings.clone();
+    settings.skin_model = frontalis::forces::SkinModel::Membrane;
+    let law = Some(frontalis::muscle::LawKind::Anatomical);
+    settings.field = FieldWay::Muscles(MuscleWay { law, ..MuscleWay::default() });
+    window.state_mut().push(Command::Edit(Edit::SetSettings(settings)));
+    window.run_steps(2);
+    assert!(window.query_by_label_contains("Pulls besides theirs are").is_some());
+    window.get_by_label("Nothing: the muscles alone").click();
+    window.run_steps(2);
+    let expected = FieldWay::Muscles(MuscleWay { law, alone: true, ..MuscleWay::default() });
+    assert_eq!(window.state().project().settings.field, expected);
+    assert!(window.query_by_label_contains("Pulls besides theirs are").is_none());
+    assert!(window.state().outcome().muscles.as_ref().is_some_and(|m| m.besides.is_none()));
+}

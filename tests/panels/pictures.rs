@@ -105,7 +105,7 @@ const VIEWS: &[View] = &[
     }),
     ("results", [760.0, 620.0], true, |w| w.state_mut().view_mut().frames.side = SideTab::Results),
     ("settings", [760.0, 900.0], true, |w| w.state_mut().view_mut().frames.side = SideTab::Settings),
-    ("field_of_muscles", [760.0, 1300.0], true, |w| {
+    ("field_of_muscles", [760.0, 1480.0], true, |w| {
         let mut settings = w.state().project().settings.clone();
         let weight = frontalis::displacement::regularised::WeightRule::Discrepancy;
         let law = frontalis::muscle::LawKind::Anatomical;

@@ -18,7 +18,7 @@ const ALIKE_MM: f64 = 8.0;
 /// The muscles' traction nearby is its root mean square over a bell of this standard deviation, mm.
 const NEARBY_MM: f64 = 10.0;
 /// Where muscles pull little, as much is possible as this share of where they pull most.
-const LITTLE: f64 = 0.02;
+const LITTLE: f64 = 0.1;
 /// Skin further than this from every point, mm, has none: the points could not tell.
 const FAR_MM: f64 = 20.0;
 /// Share of the prior variance that is left out.
@@ -26,8 +26,10 @@ const LEFT_OUT: f64 = 0.01;
 /// Shares τ that are tried, besides none, from and to; evenly by their logarithm.
 const TRIED: i32 = 21;
 const SHARES: [f64; 2] = [1e-3, 1.0];
-/// Steps to the equilibrium with the slopes of the muscles' own.
-const STEPS: usize = 6;
+/// Steps at most.
+const STEPS: usize = 12;
+/// Slopes serve on after a step that gains more than this share of what they foretold.
+const FOLLOWED: f64 = 0.8;
 /// A step that lowers the cost by a smaller share is the last.
 const ENOUGH: f64 = 1e-3;
 /// Halvings of a step before it is given up.
@@ -219,9 +221,35 @@ impl Split {
     }
 }
 
+/// The equilibrium made linear at some activations and strengths.
+struct Linear {
+    /// Motion of all vertices by each, mm.
+    moved: Vec<Vec<Vector3<f64>>>,
+    /// Whitened motion of the points.
+    slopes: DMatrix<f64>,
+    split: Split,
+}
+
+impl Linear {
+    /// At `now`, where the vertices are at `x` and the points are `off`; the first `muscles` columns (N on every vertex) are muscles.
+    fn new(
+        rest: &mut SkinAtRest,
+        seen: &Seen<'_>,
+        columns: &[Vec<Vector3<f64>>],
+        muscles: usize,
+        (now, x, off): (&DVector<f64>, &[Point3<f64>], &DVector<f64>),
+    ) -> Option<Self> {
+        let moved = rest.moved(together(columns, now), x, columns)?;
+        let slopes = seen.motion(x, &moved);
+        let split = Split::new(&seen.normal(&slopes, &(off + &slopes * now)), muscles)?;
+        Some(Self { moved, slopes, split })
+    }
+}
+
 /// Adds to the muscles what they leave; None where nothing pulls, or the skin finds no rest.
 ///
-/// The equilibrium is made linear once, where the muscles alone take it, and gone to from there by steps with those slopes.
+/// The equilibrium is made linear where the muscles alone take it, and gone to from there by steps with those slopes as long as they foretell what a
+/// step gains.
 pub(super) fn complete(
     rest: &mut SkinAtRest,
     mesh: &Mesh,
@@ -237,46 +265,48 @@ pub(super) fn complete(
         return None;
     }
     let (m, q) = (loads.len(), fields.len());
-    let moved = rest.moved(pulls, &found.positions, &fields)?;
-    let mut slopes = found.slopes.clone().resize_horizontally(m + q, 0.0);
-    slopes.columns_mut(m, q).copy_from(&seen.motion(&found.positions, &moved));
+    let columns = [loads, &fields].concat();
     let mut now = found.activations.clone().resize_vertically(m + q, 0.0);
     let (mut x, mut off) = (found.positions.clone(), found.off.clone());
-    let normal = seen.normal(&slopes, &(&off + &slopes * &now));
-    let mut split = Split::new(&normal, m)?;
-    let mut solved = split.solve(&found.activations, allowed)?;
+    let mut linear = Linear::new(rest, seen, &columns, m, (&now, &x, &off))?;
+    let mut solved = linear.split.solve(&found.activations, allowed)?;
     let cost = |off: &DVector<f64>, all: &DVector<f64>, share: f64| {
         seen.square(off) + 2.0 * all.rows(0, m).sum() / USUAL + all.rows(m, q).norm_squared() / (share * share)
     };
+    let mut fresh = true;
     for step in 0..STEPS {
-        let (share, weighed) = &solved;
+        let (share, weighed) = (solved.0, &solved.1);
         let mut aim = weighed.activations.clone().resize_vertically(m + q, 0.0);
-        aim.rows_mut(m, q).copy_from(&split.strengths(weighed, &weighed.activations));
-        let (way, lowest) = (&aim - &now, cost(&off, &now, *share));
+        aim.rows_mut(m, q).copy_from(&linear.split.strengths(weighed, &weighed.activations));
+        let (way, lowest) = (&aim - &now, cost(&off, &now, share));
+        let foretold = lowest - cost(&(&off - &linear.slopes * &way), &aim, share);
         let mut part = 1.0;
-        let mut last = true;
+        let mut gained = 0.0;
         for _ in 0..HALVINGS {
             let trial = &now + &way * part;
-            let pulls = together(loads, &trial.rows(0, m).into_owned());
-            let besides = together(&fields, &trial.rows(m, q).into_owned());
-            let all = pulls.iter().zip(&besides).map(|(a, b)| a + b).collect();
-            let there = rest.solve(all, &x).ok()?;
+            let there = rest.solve(together(&columns, &trial), &x).ok()?;
             let left = seen.off(&there.positions);
-            if there.ended == Ended::Converged && cost(&left, &trial, *share) <= lowest {
-                last = lowest - cost(&left, &trial, *share) < ENOUGH * lowest;
-                (now, x, off) = (trial, there.positions, left);
+            let gain = lowest - cost(&left, &trial, share);
+            if there.ended == Ended::Converged && gain >= 0.0 {
+                (now, x, off, gained) = (trial, there.positions, left, gain);
                 break;
             }
             part *= 0.5;
         }
-        if last || step + 1 == STEPS {
+        let followed = gained > FOLLOWED * foretold;
+        if step + 1 == STEPS || (gained < ENOUGH * lowest && (followed || fresh)) {
             break;
         }
-        let aim = &off + &slopes * &now;
-        let (moment, square) = seen.moments(&slopes, &aim);
-        split.aim(&moment, square);
-        solved = split.solve(&now.rows(0, m).into_owned(), allowed)?;
+        fresh = !followed;
+        if fresh {
+            linear = Linear::new(rest, seen, &columns, m, (&now, &x, &off))?;
+        } else {
+            let (moment, square) = seen.moments(&linear.slopes, &(&off + &linear.slopes * &now));
+            linear.split.aim(&moment, square);
+        }
+        solved = linear.split.solve(&now.rows(0, m).into_owned(), allowed)?;
     }
+    let Linear { split, moved, .. } = linear;
     let (share, weighed) = solved;
     let activations = now.rows(0, m).into_owned();
     // Errors: of the activations, which the fields make up for in part, and of the fields where the activations are known.
@@ -286,7 +316,7 @@ pub(super) fn complete(
     let mut of_fields = made_up.resize_horizontally(m + q, 0.0);
     of_fields.columns_mut(m, q).copy_from(&own);
     let of_muscles = root.resize_horizontally(m + q, 0.0);
-    let places = Errors::places(&found.moved) * &of_muscles + Errors::places(&moved) * &of_fields;
+    let places = Errors::places(&moved[..m]) * &of_muscles + Errors::places(&moved[m..]) * &of_fields;
     Some(Completed {
         square: seen.square(&off),
         besides: together(&fields, &now.rows(m, q).into_owned()),
