@@ -462,10 +462,12 @@ pub(super) fn warn(project: &Project, outcome: &mut Outcome, mesh: &Mesh) {
             found.push(Warning::Folded { count: folded.len(), frame, vertex });
         }
     }
-    if outcome.fit.placed < outcome.fit.of {
+    // Nothing is amiss with a project that nobody has begun to mark.
+    let begun = !project.landmarks.is_empty() || !project.features.is_empty();
+    if begun && outcome.fit.placed < outcome.fit.of {
         found.push(Warning::LandmarksMissing { placed: outcome.fit.placed, of: outcome.fit.of });
     }
-    if !outcome.scale_measured {
+    if begun && !outcome.scale_measured {
         found.push(Warning::RelativeScale);
     }
     let marks = outcome.states.iter().filter(|s| **s == VertexState::Measured).count();

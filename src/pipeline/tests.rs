@@ -315,7 +315,9 @@ fn an_empty_project_and_a_strange_one_have_an_outcome() {
     let face = face();
     let empty = run(&Project::default(), &face);
     assert!(empty.states.iter().all(|s| *s == VertexState::Unmeasured));
-    assert!(empty.warnings.contains(&Warning::RelativeScale));
+    assert!(empty.warnings.is_empty(), "nothing is amiss before anything is marked: {:?}", empty.warnings);
+    let one = Project { landmarks: [("nasion".into(), Mark::new([1.0, 1.0]))].into(), ..Project::default() };
+    assert!(run(&one, &face).warnings.contains(&Warning::RelativeScale));
     assert!(empty.first_in_image.iter().all(|p| p.x.is_finite() && (0.0..1000.0).contains(&p.y)));
 
     let mut strange = project(&face);

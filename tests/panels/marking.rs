@@ -584,7 +584,10 @@ fn a_landmark_that_folds_the_wireframe_or_lies_far_off_is_named() {
 
 #[test]
 fn the_muscles_can_be_taken_alone_and_the_panel_says_what_they_leave() {
-    let (mut window, _folder) = window(true);
+    let folder = tempfile::tempdir().unwrap();
+    // Tall enough for all settings at once.
+    let project = project(folder.path(), &frontalis::face::generic(), true);
+    let mut window = open(project, [SIZE[0], 2.0 * SIZE[1]], true, Person::default());
     window.state_mut().view_mut().frames.side = frontalis::gui::panels::frames::SideTab::Settings;
     let mut settings = window.state().project().settings.clone();
     settings.skin_model = frontalis::forces::SkinModel::Membrane;
