@@ -44,6 +44,9 @@ pub enum CliError {
     /// What the depth rules are measured on cannot be made.
     #[error(transparent)]
     Trial(#[from] crate::study::truth_trial::TrialError),
+    /// An artist's field cannot be marked.
+    #[error(transparent)]
+    ArtistMarks(#[from] crate::study::artist_marks::MarksError),
     /// A play that failed; its files are written as far as it came.
     #[error("{failure} What it came to is in {}", .out.display())]
     Played {

@@ -19,7 +19,7 @@ use crate::pipeline::{self, Workspace};
 use crate::study::journal::Journal;
 use crate::study::ladder::{self, Goals, Subject};
 use crate::study::truth_trial::Known;
-use crate::study::{Kind, Options, Run, artist, artist_laws, runner, truth_trial};
+use crate::study::{Kind, Options, Run, artist, artist_laws, artist_marks, runner, truth_trial};
 
 /// What `study` asks for.
 #[derive(Debug, clap::Args)]
@@ -223,8 +223,9 @@ fn truths(arguments: &LawsArguments) -> Result<(), CliError> {
     let mut output = Output::folder(&arguments.out)?;
     let mut progress = Progress::new();
     let generic = face::generic();
-    let mut rows = Vec::new();
+    let (mut rows, mut marks) = (Vec::new(), Vec::new());
     fields(arguments, &generic, &mut progress, |made, field| {
+        marks.extend(artist_marks::rows(&generic, made.name, &field)?);
         rows.extend(truth_trial::depth_rows(&generic, &Known::of_artist(made.name, field)));
         Ok(())
     })?;
@@ -239,7 +240,7 @@ fn truths(arguments: &LawsArguments) -> Result<(), CliError> {
         }
     }
     drop(progress);
-    let table = truth_trial::markdown(&rows, &skins);
+    let table = truth_trial::markdown(&rows, &skins) + &artist_marks::markdown(&marks);
     print!("{table}");
     output.write("truths.csv", truth_trial::csv(&rows).as_bytes())?;
     output.write("truths.md", table.as_bytes())?;

@@ -8,6 +8,7 @@ pub mod activation_trial;
 pub mod applied;
 pub mod artist;
 pub mod artist_laws;
+pub mod artist_marks;
 pub mod cells;
 pub mod face_fit;
 pub mod journal;

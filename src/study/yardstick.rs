@@ -29,6 +29,13 @@ pub(super) fn relative_error(force: &[Vector3<f64>], truth: &[Vector3<f64>], ver
     (off / squares(truth, vertices)).sqrt()
 }
 
+/// Share of some vertices whose true force lies within the 95 % region of the stated error: a force in the skin has two components, each takes half of
+/// the variance, and 95 % of such vectors lie within χ² = 5.99.
+pub(super) fn covered(force: &[Vector3<f64>], truth: &[Vector3<f64>], sigma: &[f64], vertices: &[usize]) -> f64 {
+    let within = |v: &&usize| (force[**v] - truth[**v]).norm_squared() < 5.99 / 2.0 * sigma[**v].powi(2);
+    vertices.iter().filter(within).count() as f64 / vertices.len() as f64
+}
+
 /// Σ ‖F‖² over some vertices.
 pub(super) fn squares(force: &[Vector3<f64>], vertices: &[usize]) -> f64 {
     vertices.iter().map(|&v| force[v].norm_squared()).sum()

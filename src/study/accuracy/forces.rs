@@ -12,7 +12,7 @@ use super::super::runner::Case;
 use super::super::scene;
 use super::super::table::Run;
 use super::super::twin::{Twin, TwinSettings, normal_pair};
-use super::super::yardstick::{after_a_drag_ms, gentle, relative_error, squares};
+use super::super::yardstick::{after_a_drag_ms, covered, gentle, relative_error, squares};
 use super::{case, run};
 use crate::displacement::regularised::WeightRule;
 use crate::displacement::{DepthRule, UnmarkedRule};
@@ -289,11 +289,6 @@ fn measured(scene: Scene, way: FieldWay, change: fn(&mut Settings), row: Run) ->
     if stated == 0.0 {
         return row;
     }
-    // A force in the skin has two components; each takes half of the variance, and 95 % of such vectors lie within χ² = 5.99.
-    let within = |v: &&usize| {
-        let (off, sigma) = ((force[**v] - scene.truth[**v]).norm_squared(), outcome.field.sigma[**v]);
-        off < 5.99 / 2.0 * sigma * sigma
-    };
-    let covered = inner.iter().filter(within).count() as f64 / inner.len() as f64;
+    let covered = covered(force, &scene.truth, &outcome.field.sigma, &inner);
     row.with("error_over_stated", error * (size_of_truth / stated).sqrt()).with("covered_percent", 100.0 * covered)
 }
