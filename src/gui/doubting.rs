@@ -58,6 +58,7 @@ impl App {
             self.edit(&Edit::ClearRepeats, ctx);
         }
         self.view.frames.tool = Tool::Select;
+        self.view.frames.finished = None;
         self.view.frames.side = SideTab::Doubt;
         self.view.frames.doubt.again = Some(Again { points, done: 0 });
         self.commands.push(Command::Select(None));

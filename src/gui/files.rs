@@ -64,6 +64,7 @@ impl App {
         self.view.frames.drag = None;
         self.view.frames.tool = Tool::Select;
         self.view.frames.placed = None;
+        self.view.frames.finished = None;
         self.view.frames.doubt.reset();
         self.waiting_frames.clear();
         self.suggesting.forget_imported();

@@ -38,6 +38,7 @@ impl App {
     pub(super) fn start_tool(&mut self, tool: Tool) {
         self.view.frames.tool = tool;
         self.view.frames.placed = None;
+        self.view.frames.finished = None;
         // One thing is marked at a time.
         self.view.frames.doubt.again = None;
         self.view.workspace = Workspace::Frames;
@@ -74,8 +75,12 @@ impl App {
 
     /// Does what may take marks away or bring them back, and lets the guide follow: it asks for the first point that
     /// lost its mark, or for the next after the one that got one. Where many got one at once it goes on from the point that it
-    /// asked for, so that those left out are asked for, too.
+    /// asked for, so that those left out are asked for, too. A guide that had come to its end goes on where a point of its list loses its mark.
     pub(super) fn in_step_with_guide(&mut self, act: impl FnOnce(&mut Self)) {
+        let put_down = self.view.frames.finished.filter(|_| self.view.frames.tool == Tool::Select);
+        if let Some(tool) = put_down {
+            self.view.frames.tool = tool;
+        }
         let before = self.guided();
         act(self);
         let after = self.guided();
@@ -83,6 +88,11 @@ impl App {
         let is_marked = |id: &PointId| after.iter().any(|(a, marked)| *marked && a == id);
         if let Some((lost, _)) = before.iter().find(|(id, marked)| *marked && !is_marked(id)) {
             self.select(Some(lost.clone()));
+            self.view.frames.finished = None;
+            return;
+        }
+        if put_down.is_some() {
+            self.view.frames.tool = Tool::Select;
             return;
         }
         let got = |(id, marked): &(PointId, bool)| *marked && !was_marked(id);
@@ -163,6 +173,7 @@ impl App {
             self.tell(NoticeKind::Done, format!("The list is at its end: {left} skipped."), ctx);
             return;
         }
+        self.view.frames.finished = Some(self.view.frames.tool);
         self.view.frames.tool = Tool::Select;
         let all = if landmarks { "All landmarks are placed." } else { "All chosen points are marked." };
         self.tell(NoticeKind::Done, all.to_owned(), ctx);

@@ -268,7 +268,10 @@ impl App {
             Action::LockRange => self.view.forces.toggle_lock(),
             Action::Dark => ctx.set_theme(egui::Theme::Dark),
             Action::Light => ctx.set_theme(egui::Theme::Light),
-            Action::ToolSelect => frames.tool = Tool::Select,
+            Action::ToolSelect => {
+                frames.tool = Tool::Select;
+                frames.finished = None;
+            }
             Action::ToolLandmarks => self.start_tool(Tool::Landmarks),
             Action::ToolFeatures => self.start_tool(Tool::Features),
             Action::Keys => self.view.modal = Some(Modal::Keys),

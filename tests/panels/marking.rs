@@ -328,6 +328,32 @@ fn undo_takes_the_guide_back_to_the_landmark_that_lost_its_mark() {
     assert_eq!(window.state().view().focus.selected.as_ref(), Some(&ids[1]));
 }
 
+/// The last mark ends the guide; taking it back goes on with it, and bringing it back ends it again.
+#[test]
+fn undo_after_the_last_point_takes_the_guide_up_again() {
+    let (mut window, _folder) = window(false);
+    let face = frontalis::face::generic();
+    keys(&mut window, Modifiers::COMMAND, Key::L);
+    for l in face.landmarks() {
+        let at = on_screen(&window, Which::First, seen(&face, l.vertex, false));
+        click(&mut window, at);
+    }
+    assert_eq!(window.state().view().frames.tool, Tool::Select);
+    let last = PointId::Landmark(face.landmarks().last().unwrap().id.clone());
+    keys(&mut window, Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.state().view().frames.tool, Tool::Landmarks);
+    assert_eq!(window.state().view().focus.selected.as_ref(), Some(&last));
+    let at = on_screen(&window, Which::First, seen(&face, face.landmarks().last().unwrap().vertex, false));
+    click(&mut window, at);
+    assert_eq!(window.state().view().frames.tool, Tool::Select);
+    // Put down by hand it stays down.
+    keys(&mut window, Modifiers::COMMAND, Key::Z);
+    window.state_mut().push(Command::Do(frontalis::gui::Action::ToolSelect));
+    window.run_steps(2);
+    keys(&mut window, Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.state().view().frames.tool, Tool::Select);
+}
+
 /// A window with every landmark placed, where the vertex of a landmark is to be marked.
 fn features_on_landmarks() -> (Window, tempfile::TempDir, String, u32) {
     let folder = tempfile::tempdir().unwrap();

@@ -147,6 +147,8 @@ pub struct FramesView {
     pub drag: Option<Drag>,
     /// The point that the guide has placed last.
     pub placed: Option<PointId>,
+    /// The guided tool that was put down because everything had its mark: an undo takes it up again.
+    pub finished: Option<Tool>,
     /// The tab shown beside the frames.
     pub side: SideTab,
     /// The table of points.
@@ -187,6 +189,7 @@ impl Default for FramesView {
             canvases: Vec::new(),
             drag: None,
             placed: None,
+            finished: None,
             side: SideTab::Guide,
             table: TableView::default(),
             table_shown: true,
