@@ -23,7 +23,7 @@ const LITTLE: f64 = 0.1;
 const FAR_MM: f64 = 20.0;
 /// Share of the prior variance that is left out.
 const LEFT_OUT: f64 = 0.01;
-/// Shares τ that are tried, besides none, from and to; evenly by their logarithm.
+/// Shares τ that are tried, how many and from where to where, evenly by their logarithm; the least is next to none.
 const TRIED: i32 = 21;
 const SHARES: [f64; 2] = [1e-3, 1.0];
 /// Steps at most.
