@@ -94,6 +94,28 @@ struct Fill {
 
 /// Runs the chain. `image_size_px` is the size of the first frame (width, height).
 pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], workspace: &mut Workspace) -> Outcome {
+    chain(project, face, image_size_px, workspace, &|| false)
+}
+
+/// The same, given up where `stop` says so: muscles can take seconds. None where it did.
+pub fn solve_unless(
+    project: &Project,
+    face: &FaceModel,
+    image_size_px: [u32; 2],
+    workspace: &mut Workspace,
+    stop: &dyn Fn() -> bool,
+) -> Option<Outcome> {
+    let outcome = chain(project, face, image_size_px, workspace, stop);
+    (!stop()).then_some(outcome)
+}
+
+fn chain(
+    project: &Project,
+    face: &FaceModel,
+    image_size_px: [u32; 2],
+    workspace: &mut Workspace,
+    stop: &dyn Fn() -> bool,
+) -> Outcome {
     if workspace.face.as_ref() != Some(face) {
         *workspace = Workspace { face: Some(face.clone()), ..Workspace::default() };
     }
@@ -206,7 +228,7 @@ pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], works
         let marks = outcome.states.contains(&VertexState::Measured);
         let input = workspace.customized.as_ref().filter(|_| marks).map(|kept| &kept.from);
         let tried =
-            input.map(|input| muscles::explain(project, face, &mut outcome, way, input, &mut workspace.muscles));
+            input.map(|input| muscles::explain(project, face, &mut outcome, way, input, &mut workspace.muscles, stop));
         if let Some(Err(why)) = tried {
             outcome.warnings.push(Warning::NoMuscle { why });
         }

@@ -230,6 +230,7 @@ impl State {
             face: &self.face,
             suggested: &self.suggested,
             skin: None,
+            fitting: false,
             replay: None,
             stamp: self.stamp(),
         }
@@ -254,7 +255,7 @@ impl State {
 fn panel(ui: &mut egui::Ui, state: &mut State) {
     let stamp = state.stamp();
     let State { project, face, outcome, view, focus, commands, suggested } = state;
-    let scene = Scene { project, outcome, face, suggested, skin: None, replay: None, stamp };
+    let scene = Scene { project, outcome, face, suggested, skin: None, fitting: false, replay: None, stamp };
     forces::show(ui, scene, view, focus, commands);
     // As the application does.
     for command in commands.iter() {

@@ -15,17 +15,18 @@ use super::new_frames::NewFrame;
 use super::panels::frames::points;
 use super::pictures::Pictures;
 use super::replay_work::ReplayWork;
+use super::solving::Solver;
 use super::study_work::StudyWork;
 use super::subjects_work::SubjectsWork;
 use super::suggesting::{Status, Suggesting};
 use super::view_state::{NoticeKind, ViewState, Workspace};
 use super::{Command, Scene, Stamp, files, panels};
 use crate::face::FaceModel;
-use crate::pipeline::{self, Outcome};
+use crate::pipeline::Outcome;
 use crate::project::autosave::{self, Named, Unnamed};
 use crate::project::recent::Recent;
 use crate::project::whole_file;
-use crate::project::{FaceSource, FieldWay, History, MuscleWay, PointId, Project, Settings, Which};
+use crate::project::{FaceSource, History, PointId, Project, Which};
 use crate::suggest::Suggestion;
 
 /// Size of the picture while there is none, px: that of the thesis.
@@ -113,14 +114,6 @@ impl Journal {
     }
 }
 
-/// The chain, and the state of the history that it was run on.
-pub(super) struct Solver {
-    workspace: pipeline::Workspace,
-    revision: u64,
-    /// The last run left the muscles for later.
-    muscles_wait: bool,
-}
-
 impl OpenDocument {
     /// A project just opened.
     pub(super) fn new(project: Project, path: Option<PathBuf>, autosave: bool) -> Self {
@@ -141,8 +134,7 @@ impl OpenDocument {
 impl App {
     /// A window on a project.
     pub fn new(project: Project, path: Option<PathBuf>, face: Arc<FaceModel>, dialogs: Box<dyn Dialogs>) -> Self {
-        let mut workspace = pipeline::Workspace::default();
-        let outcome = pipeline::solve(&project, &face, image_size_px(&project), &mut workspace);
+        let (solver, outcome) = Solver::new(&project, &face);
         let mut view = ViewState::default();
         view.frames.regions = proposed_regions(&face);
         Self {
@@ -158,7 +150,7 @@ impl App {
             document: OpenDocument::new(project, path, false),
             face,
             outcome,
-            solver: Solver { workspace, revision: 0, muscles_wait: false },
+            solver,
             pictures: Pictures::default(),
             suggesting: Suggesting::default(),
             view,
@@ -335,9 +327,9 @@ impl App {
             ..
         } = self;
         let suggested = &suggesting.shown;
-        let (project, skin) = (document.history.project(), solver.workspace.skin());
+        let (project, skin, fitting) = (document.history.project(), solver.skin(), solver.is_fitting());
         let replay = view.frames.replay.on.then(|| replay_work.of(*stamp));
-        let scene = Scene { project, outcome, face, suggested, skin, replay, stamp: *stamp };
+        let scene = Scene { project, outcome, face, suggested, skin, fitting, replay, stamp: *stamp };
         egui::Panel::top("menu").show(ui, |ui| panels::menu::show(ui, view, &title, &state, recent, commands));
         egui::Panel::bottom("status").exact_size(26.0).show(ui, |ui| {
             panels::status::show(ui, scene, view, jobs, commands);
@@ -377,13 +369,14 @@ impl App {
     /// What every panel may read.
     pub(super) fn scene(&self) -> Scene<'_> {
         let suggested = &self.suggesting.shown;
-        let skin = self.solver.workspace.skin();
+        let (skin, fitting) = (self.solver.skin(), self.solver.is_fitting());
         Scene {
             project: self.project(),
             outcome: &self.outcome,
             face: &self.face,
             suggested,
             skin,
+            fitting,
             replay: self.view.frames.replay.on.then(|| self.replay_work.of(self.stamp)),
             stamp: self.stamp,
         }
@@ -405,7 +398,7 @@ impl App {
     }
 
     /// Fits the face that the project names, when an edit or an undo has changed it.
-    fn follow_face(&mut self) {
+    pub(super) fn follow_face(&mut self) {
         let wanted = self.project().face.clone();
         if same_face(&wanted, &self.face_source) {
             return;
@@ -420,36 +413,6 @@ impl App {
                 self.fail("The face of the project cannot be read", why);
             }
         }
-    }
-
-    /// Runs the chain when the project has changed, and shows the result in this same frame.
-    pub(super) fn resolve(&mut self, ctx: &egui::Context) {
-        self.follow_face();
-        let history = &self.document.history;
-        let project = history.project();
-        // Muscles take as long as several frames of the window: under the hand the measured forces stand for theirs.
-        let quick = match project.settings.field {
-            FieldWay::Muscles(MuscleWay { weight, .. }) if self.view.frames.drag.is_some() => {
-                let settings = Settings { field: FieldWay::Regularised { weight }, ..project.settings.clone() };
-                Some(Project { settings, ..project.clone() })
-            }
-            _ => None,
-        };
-        let arrived = self.solver.muscles_wait && quick.is_none();
-        if self.solver.revision == history.revision() && !arrived {
-            return;
-        }
-        self.solver.revision = history.revision();
-        self.solver.muscles_wait = quick.is_some();
-        let project = quick.as_ref().unwrap_or(project);
-        self.outcome = pipeline::solve(project, &self.face, image_size_px(project), &mut self.solver.workspace);
-        self.stamp.outcome += 1;
-        ctx.request_discard("the project changed");
-    }
-
-    /// Runs the chain although the history looks unchanged: another document is open.
-    pub(super) fn solve_anew(&mut self) {
-        self.solver.revision = u64::MAX;
     }
 
     pub(super) fn action_state(&self, ctx: &egui::Context) -> ActionState {

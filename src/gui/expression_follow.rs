@@ -92,10 +92,10 @@ impl App {
         work.number += 1;
         work.asked = Some(question.clone());
         let number = work.number;
-        self.jobs.start(ctx, "Making the face ready to move", About::Expressions, move |_| {
+        let job = self.jobs.start(ctx, "Making the face ready to move", About::Expressions, move |_| {
             Some(Finished::Stage(number, Box::new(prepare(&question))))
         });
-        self.expression_work.job = self.jobs.running().last().map(|job| job.id);
+        self.expression_work.job = Some(job);
     }
 
     /// Takes a face that was made ready, if it is still the one that is wanted.

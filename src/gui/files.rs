@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::app::{App, Journal, OpenDocument};
+use super::app::{App, Journal, OpenDocument, image_size_px};
 use super::command::After;
 use super::dialogs::Purpose;
 use super::jobs::{About, Finished, Written};
@@ -13,6 +13,7 @@ use super::pictures::{self, PictureStatus, Pictures};
 use super::view_state::NoticeKind;
 use super::{Command, dialogs, export_results, rescue};
 use crate::face::{self, FaceModel};
+use crate::pipeline;
 use crate::project::whole_file::{self, Durability};
 use crate::project::{FaceSource, FrameStatus, Project, Which, autosave, file, frames_check, paths, sample};
 
@@ -277,7 +278,8 @@ impl App {
         let muscles = self.muscle_work.current(self.stamp);
         let others = self.subjects_work.whole(self.muscle_work.answered());
         let without = self.subjects_work.is_any() && (muscles.is_none() || others.is_empty());
-        let results = export_results::Results {
+        let fitting = self.solver.is_fitting();
+        let mut results = export_results::Results {
             project: self.project().clone(),
             face: Arc::clone(&self.face),
             outcome: self.outcome.clone(),
@@ -287,6 +289,12 @@ impl App {
             named: [format!("'{named}'"), format!("'{}'", folder.display())],
         };
         self.jobs.start(ctx, "Writing the results", About::Person, move |progress| {
+            if fitting {
+                // What is shown stands for the muscles only until they are there.
+                let (size, stop) = (image_size_px(&results.project), || progress.is_cancelled());
+                let mut workspace = pipeline::Workspace::default();
+                results.outcome = pipeline::solve_unless(&results.project, &results.face, size, &mut workspace, &stop)?;
+            }
             let written = export_results::write(&folder, &results, progress);
             (!progress.is_cancelled()).then(|| Finished::Exported(written.map(|()| Written { folder, without })))
         });

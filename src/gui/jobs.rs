@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::Stamp;
 use super::expression_work::Prepared;
@@ -20,6 +20,7 @@ use super::suggesting::{Answer, Failure, Ready};
 use crate::face::check::Report;
 use crate::frames::{Adjustment, Frame};
 use crate::muscle_field::Replay;
+use crate::pipeline::Outcome;
 use crate::project::Which;
 
 /// Results that were written.
@@ -86,6 +87,8 @@ pub enum Finished {
     Prepared(Which, Result<Ready, Failure>),
     /// Places for the points that are not marked.
     Suggested(Answer),
+    /// The chain was run with the muscles that the project asks for, after the outcome of that stamp.
+    Solved(Stamp, Box<Outcome>),
     /// The muscles behind the forces were looked for: the answer to the question of that number.
     Muscles(u64, MuscleAnswer),
     /// The laws of the answer of that number were tried on other subjects.
@@ -142,6 +145,8 @@ pub enum About {
     Preparation(Which),
     /// The suggestions.
     Suggestions,
+    /// The field of the muscles that the project asks for.
+    Field,
     /// The muscles.
     Muscles,
     /// The other subjects.
@@ -194,14 +199,14 @@ impl Default for Jobs {
 }
 
 impl Jobs {
-    /// Starts a work on a thread of its own. Work that finds itself cancelled returns nothing.
+    /// Starts a work on a thread of its own, and gives its number. Work that finds itself cancelled returns nothing.
     pub fn start(
         &mut self,
         ctx: &egui::Context,
         name: impl Into<String>,
         about: About,
         work: impl FnOnce(&Progress) -> Option<Finished> + Send + 'static,
-    ) {
+    ) -> u64 {
         let (id, name) = (self.next, name.into());
         self.next += 1;
         let progress = Arc::new(Progress::default());
@@ -228,6 +233,7 @@ impl Jobs {
                 _ = self.sender.send((id, Finished::Died(about, why)));
             }
         }
+        id
     }
 
     /// The works under way.
@@ -265,6 +271,21 @@ impl Jobs {
             }
         }
         answers.into_iter().map(|(_, answer)| answer).collect()
+    }
+
+    /// Waits for a work, but not longer than this; whether it has ended.
+    pub(super) fn wait_for(&self, id: u64, at_most: Duration) -> bool {
+        let began = Instant::now();
+        loop {
+            let job = self.running.iter().find(|j| j.id == id);
+            if job.and_then(|j| j.thread.as_ref()).is_none_or(JoinHandle::is_finished) {
+                return true;
+            }
+            if began.elapsed() >= at_most {
+                return false;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
     }
 
     /// Waits until every work has ended: for tests, which then see the answers in the next frame.

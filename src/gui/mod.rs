@@ -34,6 +34,7 @@ pub mod replay_work;
 pub mod rescue;
 mod run_command;
 pub mod snapping;
+mod solving;
 pub mod study_work;
 pub mod subjects_work;
 pub mod suggesting;
@@ -68,6 +69,8 @@ pub struct Scene<'a> {
     pub suggested: &'a suggesting::Suggested,
     /// The skin of the outcome.
     pub skin: Option<&'a Skin>,
+    /// Whether the field is the measured one, and the muscles that the project asks for are on their way.
+    pub fitting: bool,
     /// The simulated last frame, while it is to be shown.
     pub replay: Option<replay_work::Replayed<'a>>,
     /// Which face and which outcome these are.

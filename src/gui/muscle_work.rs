@@ -91,7 +91,8 @@ impl App {
     /// Asks anew when what is shown is not what was asked.
     pub(super) fn follow_muscles(&mut self, ctx: &egui::Context) {
         let for_play = self.view.workspace == Workspace::Expressions && self.view.expressions.wants_fit;
-        if self.view.workspace != Workspace::Muscles && !for_play && !self.shows_replay() {
+        let shown = self.view.workspace == Workspace::Muscles || for_play || self.shows_replay();
+        if !shown || self.solver.is_fitting() {
             return;
         }
         let question = self.view.muscles.question.clone();
@@ -106,11 +107,11 @@ impl App {
         work.number += 1;
         work.asked = Some(wanted.clone());
         let (number, outcome, face) = (work.number, self.outcome.clone(), Arc::clone(&self.face));
-        self.jobs.start(ctx, "Finding the muscles", About::Muscles, move |progress| {
+        let job = self.jobs.start(ctx, "Finding the muscles", About::Muscles, move |progress| {
             let found = Analysis::new(&outcome, &face, &wanted.1, &|| progress.is_cancelled())?;
             Some(Finished::Muscles(number, MuscleAnswer::Analysis(Box::new(found))))
         });
-        self.muscle_work.job = self.jobs.running().last().map(|job| job.id);
+        self.muscle_work.job = Some(job);
     }
 
     /// Builds the ladder of models on the answer that is shown.

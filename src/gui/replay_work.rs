@@ -67,12 +67,12 @@ impl App {
         }
         self.replay_work.asked = Some(stamp);
         let (project, face, outcome) = (self.project().clone(), Arc::clone(&self.face), self.outcome.clone());
-        self.jobs.start(ctx, "Simulating the last frame", About::Replay, move |progress| {
+        let job = self.jobs.start(ctx, "Simulating the last frame", About::Replay, move |progress| {
             let pull = pull_of_muscles(&face, &outcome, &analysis);
             let found = Replay::new(&project, &face, &outcome, pull).map_err(|e| sentence(&e.to_string()));
             (!progress.is_cancelled()).then(|| Finished::Replay(stamp, Box::new(found)))
         });
-        self.replay_work.job = self.jobs.running().last().map(|job| job.id);
+        self.replay_work.job = Some(job);
     }
 
     /// Takes a simulation, if it is still the one that is wanted.

@@ -131,6 +131,7 @@ impl App {
                 self.suggesting.stopped();
                 self.view.frames.suggest.on = false;
             }
+            About::Field => self.field_stopped(),
             About::Muscles => self.muscles_stopped(),
             About::Subjects => self.subjects_stopped(),
             About::Replay => self.replay_stopped(),
@@ -324,9 +325,7 @@ impl App {
 
     /// Takes what long work has brought back, and starts what the pictures need.
     pub(super) fn poll_jobs(&mut self, ctx: &egui::Context) {
-        for finished in self.jobs.poll() {
-            self.finish(finished, ctx);
-        }
+        self.take_answers(ctx);
         self.ask_about_waiting_frames();
         self.follow_film(ctx);
         let project = self.document.history.project();
@@ -351,6 +350,13 @@ impl App {
         self.follow_preview();
     }
 
+    /// Takes what the works have brought back.
+    pub(super) fn take_answers(&mut self, ctx: &egui::Context) {
+        for finished in self.jobs.poll() {
+            self.finish(finished, ctx);
+        }
+    }
+
     fn finish(&mut self, finished: Finished, ctx: &egui::Context) {
         match finished {
             Finished::Frame { which, source, chosen: true, result: Ok(frame) } => {
@@ -369,6 +375,7 @@ impl App {
             Finished::Face(read) => self.face_read(*read, ctx),
             Finished::Proposed(number, proposed) => self.face_proposed(number, *proposed, ctx),
             Finished::FaceChecked { number, revision, report } => self.face_checked(number, revision, report),
+            Finished::Solved(of, outcome) => self.solved(of, *outcome, ctx),
             Finished::Muscles(number, result) => self.muscles_found(number, result, ctx),
             Finished::Subjects(number, tried) => self.subjects_tried(number, tried, ctx),
             Finished::Replay(stamp, found) => self.replay_found(stamp, *found, ctx),
@@ -394,6 +401,7 @@ impl App {
                     about,
                     About::Preparation(_)
                         | About::Suggestions
+                        | About::Field
                         | About::Muscles
                         | About::Subjects
                         | About::Replay

@@ -150,7 +150,7 @@ impl App {
         let threads = std::thread::available_parallelism().map_or(1, |n| n.get().saturating_sub(1).max(1));
         let repaint = ctx.clone();
         let name = format!("Study: {}", kind.label().to_lowercase());
-        self.jobs.start(ctx, name, About::Study, move |progress| {
+        let job = self.jobs.start(ctx, name, About::Study, move |progress| {
             let _ends = ends;
             let mut journal = match opened(place, anew, &heading) {
                 Ok(journal) => journal,
@@ -172,7 +172,7 @@ impl App {
                 Err(e) => Some(Finished::Study(Err(e.to_string()))),
             }
         });
-        self.study_work.job = self.jobs.running().last().filter(|j| j.about == About::Study).map(|j| j.id);
+        self.study_work.job = Some(job);
     }
 
     /// Stops the study under way; what it has finished stays, and is taken up again.

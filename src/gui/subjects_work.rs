@@ -227,7 +227,7 @@ impl App {
             return;
         }
         let (face, outcome) = (Arc::clone(&self.face), self.outcome.clone());
-        self.jobs.start(ctx, "Trying the laws on other subjects", About::Subjects, move |progress| {
+        let job = self.jobs.start(ctx, "Trying the laws on other subjects", About::Subjects, move |progress| {
             let own = Seen { name: "", face: &face, outcome: &outcome };
             let count = tasks.len() as f64;
             let mut tried = Vec::new();
@@ -253,7 +253,7 @@ impl App {
             }
             Some(Finished::Subjects(number, tried))
         });
-        work.job = self.jobs.running().last().map(|job| (job.id, number));
+        work.job = Some((job, number));
     }
 
     /// Takes what was found, of those that are still listed.

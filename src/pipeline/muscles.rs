@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DVector, Point2, Point3, Vector3};
 
-use self::discrepancy::{Completed, complete};
+use self::discrepancy::{Alone, Completed, complete};
 use self::motion::{Found, Seen, find, together};
-use super::{CustomizeInput, Kept, Outcome, kept, stages};
+use super::{CustomizeInput, Kept, Outcome, Warning, kept, stages};
 use crate::expression::{Actuator, held, tractions};
 use crate::face::{FaceModel, Mesh};
 use crate::fit::design::Design;
@@ -125,7 +125,7 @@ pub fn held_by(project: &Project, face: &FaceModel, first: &[Point3<f64>]) -> Ve
 /// counts as error of their strengths.
 ///
 /// # Errors
-/// A sentence that says why the field is left as it was measured.
+/// A sentence that says why the field is left as it was measured; one of them that `stop` asked for it.
 pub(super) fn explain(
     project: &Project,
     face: &FaceModel,
@@ -133,6 +133,7 @@ pub(super) fn explain(
     way: MuscleWay,
     customized: &CustomizeInput,
     ready: &mut Ready,
+    stop: &dyn Fn() -> bool,
 ) -> Result<(), String> {
     let slopes = kept(&mut ready.errors, customized.clone(), |input| landmark_slopes(face, input));
     let errors = stages::landmark_sigmas(project, face).zip(slopes.iter());
@@ -172,6 +173,9 @@ pub(super) fn explain(
         });
     }
     for (law, actuators) in laws.iter().filter_map(|law| Some((*law, loads.get(law.name())?))) {
+        if stop() {
+            return Err(STOPPED.to_owned());
+        }
         match actuators.as_ref().map_err(Clone::clone).and_then(|all| {
             let near = nearest.as_ref().map(|(_, tried)| tried);
             Tried::new(rest, all, &seen, near, &outcome.first)
@@ -194,7 +198,9 @@ pub(super) fn explain(
     let whole = if way.alone {
         None
     } else {
-        complete(rest, face.mesh(), &outcome.first, &seen, &tried.loads, &tried.found, chosen.as_deref())
+        let alone = Alone { loads: &tried.loads, found: &tried.found, allowed: chosen.as_deref() };
+        let whole = complete(rest, face.mesh(), &outcome.first, &seen, &alone, stop);
+        whole.map_err(|why| outcome.warnings.push(Warning::NothingBesides { why })).ok()
     };
     let (force, sigma, muscles) = said(outcome, face, rest, &seen, law, &tried, whole).ok_or(NO_REST)?;
     let normals = face.mesh().vertex_normals(&outcome.first);
@@ -247,6 +253,7 @@ impl<'a> Tried<'a> {
 }
 
 const NO_REST: &str = "the skin finds no rest under the muscles";
+const STOPPED: &str = "the fit was stopped";
 
 /// [`LandmarkSlopes`] of all landmarks, by differences of whole fits. A landmark whose fit cannot be made moves nothing.
 fn landmark_slopes(face: &FaceModel, input: &CustomizeInput) -> Vec<LandmarkSlopes> {

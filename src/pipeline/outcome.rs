@@ -206,6 +206,12 @@ pub enum Warning {
         /// Share of all that pulls that is none of theirs, 0 to 1, where that was asked for.
         besides: Option<f64>,
     },
+    /// What pulls besides the muscles was asked for, and is not in the field.
+    #[error("What the muscles leave is not in the field, which is theirs alone: {why}.")]
+    NothingBesides {
+        /// Why.
+        why: &'static str,
+    },
     /// There is no field of muscles.
     #[error("The field is the measured one, not that of muscles: {why}.")]
     NoMuscle {

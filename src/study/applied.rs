@@ -80,25 +80,7 @@ fn choices(method: &str, setting: &str) -> Vec<Choice> {
         "Frozen depth" => Some(Choice::Depth(DepthRule::FixedDepth)),
         "Slide on surface" => Some(Choice::Depth(DepthRule::SlideOnSurface)),
         "Held at rest" => Some(Choice::Unmarked(UnmarkedRule::Held)),
-        "Direct" => Some(Choice::Field(FieldWay::Direct)),
-        other => other.strip_prefix("Inferred within").and_then(within).or_else(|| {
-            if let Some(word) = other.strip_prefix("Regularised, ") {
-                let weight = WeightRule::ALL.into_iter().find(|w| w.label().to_lowercase() == word)?;
-                return Some(Choice::Field(FieldWay::Regularised { weight }));
-            }
-            let (word, alone) = match other.strip_prefix("Muscles alone, ") {
-                Some(word) => (word, true),
-                None => (other.strip_prefix("Muscles, ")?, false),
-            };
-            let law = LawKind::ALL.into_iter().find(|l| l.label() == word);
-            let most = match word {
-                "all" => None,
-                "smallest set" => Some(u8::MAX),
-                _ if law.is_some() => None,
-                _ => Some(word.strip_prefix("at most ")?.parse().ok()?),
-            };
-            Some(Choice::Field(FieldWay::Muscles(MuscleWay { law, most, alone, ..MuscleWay::default() })))
-        }),
+        other => other.strip_prefix("Inferred within").and_then(within).or_else(|| way(other).map(Choice::Field)),
     };
     let by_pair = |(name, value): (&str, &str)| match (name, value) {
         ("depth", "fixed" | "frozen") => Some(Choice::Depth(DepthRule::FixedDepth)),
@@ -116,6 +98,52 @@ fn choices(method: &str, setting: &str) -> Vec<Choice> {
         _ => None,
     };
     by_name.into_iter().chain(pairs(setting).into_iter().filter_map(by_pair)).collect()
+}
+
+/// What a study calls a way to the field: what [`applied`] reads.
+pub(super) fn method(way: FieldWay) -> String {
+    let words = match way {
+        FieldWay::Direct => Vec::new(),
+        FieldWay::Regularised { weight } => vec![weight.label().to_lowercase()],
+        FieldWay::Muscles(MuscleWay { law, most, .. }) => {
+            let most = most.map(|n| if n == u8::MAX { FEWEST.to_owned() } else { format!("{AT_MOST}{n}") });
+            let words: Vec<String> = law.map(|l| l.label().to_owned()).into_iter().chain(most).collect();
+            if words.is_empty() { vec![ALL.to_owned()] } else { words }
+        }
+    };
+    let alone = matches!(way, FieldWay::Muscles(MuscleWay { alone: true, .. }));
+    let first = format!("{}{}", way.label(), if alone { ALONE } else { "" });
+    std::iter::once(first).chain(words).collect::<Vec<_>>().join(", ")
+}
+
+const ALONE: &str = " alone";
+const ALL: &str = "all";
+const FEWEST: &str = "smallest set";
+const AT_MOST: &str = "at most ";
+
+/// The way that [`method`] calls so; muscles are weighed by the discrepancy.
+fn way(method: &str) -> Option<FieldWay> {
+    let (first, words) = method.split_once(", ").unwrap_or((method, ""));
+    let muscles = FieldWay::Muscles(MuscleWay::default()).label();
+    if first == FieldWay::Direct.label() && words.is_empty() {
+        return Some(FieldWay::Direct);
+    }
+    if let Some(weight) = WeightRule::ALL.into_iter().find(|w| w.label().to_lowercase() == words) {
+        let regularised = FieldWay::Regularised { weight };
+        return (first == regularised.label()).then_some(regularised);
+    }
+    let mut found = MuscleWay { alone: first.ends_with(ALONE), law: None, most: None, ..MuscleWay::default() };
+    if first.strip_suffix(ALONE).unwrap_or(first) != muscles || words.is_empty() {
+        return None;
+    }
+    for word in words.split(", ").filter(|w| *w != ALL) {
+        match LawKind::ALL.into_iter().find(|l| l.label() == word) {
+            Some(law) => found.law = Some(law),
+            None if word == FEWEST => found.most = Some(u8::MAX),
+            None => found.most = Some(word.strip_prefix(AT_MOST)?.parse().ok()?),
+        }
+    }
+    Some(FieldWay::Muscles(found))
 }
 
 fn depth_words(rule: DepthRule) -> String {
@@ -200,7 +228,15 @@ mod tests {
         assert_eq!(named("Muscles, all"), of(law, None, false));
         assert_eq!(named("Muscles alone, all"), of(law, None, true));
         assert_eq!(named("Muscles, smallest set"), of(law, Some(u8::MAX), false));
-        assert_eq!(named("Muscles, Waters sheet"), of(Some(LawKind::WatersSheet), None, false));
+        let sheet = Some(LawKind::WatersSheet);
+        assert_eq!(named("Muscles, Waters sheet"), of(sheet, None, false));
+        assert_eq!(named("Muscles alone, Waters sheet, at most 3"), of(sheet, Some(3), true));
+        for most in [None, Some(2), Some(u8::MAX)] {
+            for (law, alone) in [(None, false), (sheet, false), (None, true), (sheet, true)] {
+                assert_eq!(named(&method(of(law, most, alone))), of(law, most, alone));
+            }
+        }
+        assert_eq!(applied("Muscles", "rules=as the scene", &now), None);
         assert_eq!(applied("Muscles, of nobody", "rules=as the scene", &now), None);
         assert_eq!(applied("Direct", "depth=height; mesh=finer", &now), None);
         assert_eq!(applied("Implicit Euler", "step_ms=1; stiffness=1", &now), None);

@@ -70,6 +70,24 @@ pub fn person(generic: &FaceModel, seed: u64, distance_mm: f64) -> Result<FaceMo
     Ok(generic.with_positions(customized.positions)?)
 }
 
+/// The face with muscles that are not where anyone looks for them: both ends of every muscle on a neighbour of their vertex, some 8 mm off, and
+/// widths from 75 to 125 % of its own.
+pub(super) fn muscles_elsewhere(face: &FaceModel, seed: u64) -> Result<FaceModel, FaceError> {
+    let mut random = Pcg64::seed_from_u64(seed ^ 0x656c_7365);
+    let mut parts = face.to_parts();
+    for muscle in &mut parts.muscles {
+        let mut beside = |end: u32, other: u32| {
+            let near = face.mesh().neighbours(end as usize);
+            let near: Vec<u32> = near.iter().copied().filter(|v| *v != other).collect();
+            near.get(random.random_range(0..near.len().max(1))).copied().unwrap_or(end)
+        };
+        muscle.attachment = beside(muscle.attachment, muscle.insertion);
+        muscle.insertion = beside(muscle.insertion, muscle.attachment);
+        muscle.half_width_mm *= random.random_range(0.75..1.25);
+    }
+    FaceModel::new(face.mesh().clone(), parts)
+}
+
 /// What of a twin is marked in the last frame, and how its project is called.
 #[derive(Clone, Debug)]
 struct Scope {

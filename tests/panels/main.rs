@@ -11,6 +11,7 @@ mod film;
 mod guiding;
 mod keys;
 mod marking;
+mod muscle_way;
 mod muscles;
 mod new_frames;
 mod pictures;

@@ -4,9 +4,9 @@ use egui::{Key, Modifiers, Pos2, Vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
 use frontalis::gui::Command;
 use frontalis::gui::panels::frames::Tool;
-use frontalis::project::{Edit, FieldWay, MarkState, MuscleWay, PointId, Role, Which};
+use frontalis::project::{MarkState, PointId, Role, Which};
 
-use crate::stage::{Person, Window, drag, key, keys, on_screen, open, project, seen, settle};
+use crate::stage::{Person, Window, drag, hold, key, keys, on_screen, open, project, seen, settle};
 
 const SIZE: [f32; 2] = [1280.0, 800.0];
 
@@ -77,42 +77,9 @@ fn forces_follow_the_hand_while_it_drags() {
     let v = frontalis::face::generic().region("forehead")[0];
     let at = on_screen(&window, Which::Last, mark_of(&window, &PointId::FeatureLast(v)).unwrap());
     let before = window.state().outcome().field.force[v as usize];
-    window.hover_at(at);
-    window.step();
-    window.drag_at(at);
-    window.step();
-    window.hover_at(at + Vec2::new(15.0, 0.0));
-    window.step();
+    hold(&mut window, at, Vec2::new(15.0, 0.0));
     assert!(window.state().view().frames.drag.is_some());
     assert_ne!(window.state().outcome().field.force[v as usize], before, "in the same frame as the motion");
-}
-
-/// The muscles take longer than a frame: under the hand the field is the measured one, and theirs again when it lets go.
-#[test]
-fn muscles_wait_for_the_hand_to_let_go() {
-    let (mut window, _folder) = window(true);
-    let mut settings = window.state().project().settings.clone();
-    settings.skin_model = frontalis::forces::SkinModel::Membrane;
-    let law = Some(frontalis::muscle::LawKind::Anatomical);
-    settings.field = FieldWay::Muscles(MuscleWay { law, ..MuscleWay::default() });
-    window.state_mut().push(Command::Edit(Edit::SetSettings(settings)));
-    window.run_steps(2);
-    assert!(window.state().outcome().muscles.is_some());
-    let v = frontalis::face::generic().region("forehead")[0];
-    let at = on_screen(&window, Which::Last, mark_of(&window, &PointId::FeatureLast(v)).unwrap());
-    let before = window.state().outcome().field.force[v as usize];
-    window.hover_at(at);
-    window.step();
-    window.drag_at(at);
-    window.step();
-    window.hover_at(at + Vec2::new(15.0, 0.0));
-    window.step();
-    let dragged = window.state().outcome();
-    assert!(dragged.muscles.is_none() && dragged.field.force[v as usize] != before);
-    window.drop_at(at + Vec2::new(15.0, 0.0));
-    window.run_steps(2);
-    assert!(window.state().outcome().muscles.is_some());
-    assert_ne!(window.state().outcome().field.force[v as usize], before);
 }
 
 #[test]
@@ -606,26 +573,4 @@ fn a_landmark_that_folds_the_wireframe_or_lies_far_off_is_named() {
     let said = first_warning(far);
     assert!(said.contains(&format!("The mark of {} folds the wireframe", name("nose_tip"))), "{said}");
     assert!(!first_warning(whole).contains("The mark of"), "a good fit is not suspected");
-}
-
-#[test]
-fn the_muscles_can_be_taken_alone_and_the_panel_says_what_they_leave() {
-    let folder = tempfile::tempdir().unwrap();
-    // Tall enough for all settings at once.
-    let project = project(folder.path(), &frontalis::face::generic(), true);
-    let mut window = open(project, [SIZE[0], 2.0 * SIZE[1]], true, Person::default());
-    window.state_mut().view_mut().frames.side = frontalis::gui::panels::frames::SideTab::Settings;
-    let mut settings = window.state().project().settings.clone();
-    settings.skin_model = frontalis::forces::SkinModel::Membrane;
-    let law = Some(frontalis::muscle::LawKind::Anatomical);
-    settings.field = FieldWay::Muscles(MuscleWay { law, ..MuscleWay::default() });
-    window.state_mut().push(Command::Edit(Edit::SetSettings(settings)));
-    window.run_steps(2);
-    assert!(window.query_by_label_contains("Pulls besides theirs are").is_some());
-    window.get_by_label("Nothing: the muscles alone").click();
-    window.run_steps(2);
-    let expected = FieldWay::Muscles(MuscleWay { law, alone: true, ..MuscleWay::default() });
-    assert_eq!(window.state().project().settings.field, expected);
-    assert!(window.query_by_label_contains("Pulls besides theirs are").is_none());
-    assert!(window.state().outcome().muscles.as_ref().is_some_and(|m| m.besides.is_none()));
 }

@@ -200,6 +200,16 @@ pub(crate) fn drag(window: &mut Window, path: &[egui::Pos2]) {
     window.run_steps(2);
 }
 
+/// Takes what lies there and moves it, without letting go.
+pub(crate) fn hold(window: &mut Window, at: egui::Pos2, by: egui::Vec2) {
+    window.hover_at(at);
+    window.step();
+    window.drag_at(at);
+    window.step();
+    window.hover_at(at + by);
+    window.step();
+}
+
 /// Presses a key and lets it go.
 pub(crate) fn key(window: &mut Window, key: egui::Key) {
     keys(window, egui::Modifiers::NONE, key);

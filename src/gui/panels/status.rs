@@ -65,7 +65,13 @@ pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut ViewState, jobs: &Jo
 fn told(job: &Job) -> bool {
     !matches!(
         job.about,
-        About::Suggestions | About::Muscles | About::Subjects | About::Replay | About::Expressions | About::Skin
+        About::Suggestions
+            | About::Field
+            | About::Muscles
+            | About::Subjects
+            | About::Replay
+            | About::Expressions
+            | About::Skin
     ) || job.began.elapsed() > Duration::from_millis(500)
 }
 

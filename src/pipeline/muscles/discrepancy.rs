@@ -246,35 +246,53 @@ impl Linear {
     }
 }
 
-/// Adds to the muscles what they leave; None where nothing pulls, or the skin finds no rest.
+const NO_REST: &str = "the skin finds no rest under pulls besides the muscles";
+const NO_STRENGTHS: &str = "the strengths of muscles and other pulls cannot be told apart";
+
+/// Muscles as they are without what they leave.
+pub(super) struct Alone<'a> {
+    /// What each puts on every vertex at full strength, N.
+    pub(super) loads: &'a [Vec<Vector3<f64>>],
+    pub(super) found: &'a Found,
+    /// Those that may pull; all where absent.
+    pub(super) allowed: Option<&'a [bool]>,
+}
+
+/// Adds to the muscles what they leave.
 ///
 /// The equilibrium is made linear where the muscles alone take it, and gone to from there by steps with those slopes as long as they foretell what a
 /// step gains.
+///
+/// # Errors
+/// Why there is nothing: no muscle pulls, the skin finds no rest, or `stop` says so.
 pub(super) fn complete(
     rest: &mut SkinAtRest,
     mesh: &Mesh,
     first: &[Point3<f64>],
     seen: &Seen<'_>,
-    loads: &[Vec<Vector3<f64>>],
-    found: &Found,
-    allowed: Option<&[bool]>,
-) -> Option<Completed> {
+    muscles: &Alone<'_>,
+    stop: &dyn Fn() -> bool,
+) -> Result<Completed, &'static str> {
+    let Alone { loads, found, allowed } = *muscles;
     let pulls = together(loads, &found.activations);
     let fields = fields(mesh, first, rest.free(), seen, &pulls);
     if fields.is_empty() {
-        return None;
+        return Err("no muscle pulls");
     }
     let (m, q) = (loads.len(), fields.len());
     let columns = [loads, &fields].concat();
     let mut now = found.activations.clone().resize_vertically(m + q, 0.0);
     let (mut x, mut off) = (found.positions.clone(), found.off.clone());
-    let mut linear = Linear::new(rest, seen, &columns, m, (&now, &x, &off))?;
-    let mut solved = linear.split.solve(&found.activations, allowed)?;
+    let mut linear = Linear::new(rest, seen, &columns, m, (&now, &x, &off)).ok_or(NO_REST)?;
+    let mut solved = linear.split.solve(&found.activations, allowed).ok_or(NO_STRENGTHS)?;
     let cost = |off: &DVector<f64>, all: &DVector<f64>, share: f64| {
         seen.square(off) + 2.0 * all.rows(0, m).sum() / USUAL + all.rows(m, q).norm_squared() / (share * share)
     };
     let mut fresh = true;
     for step in 0..STEPS {
+        if stop() {
+            return Err(super::STOPPED);
+        }
         let (share, weighed) = (solved.0, &solved.1);
         let mut aim = weighed.activations.clone().resize_vertically(m + q, 0.0);
         aim.rows_mut(m, q).copy_from(&linear.split.strengths(weighed, &weighed.activations));
@@ -284,7 +302,7 @@ pub(super) fn complete(
         let mut gained = 0.0;
         for _ in 0..HALVINGS {
             let trial = &now + &way * part;
-            let there = rest.solve(together(&columns, &trial), &x).ok()?;
+            let there = rest.solve(together(&columns, &trial), &x).map_err(|_| NO_REST)?;
             let left = seen.off(&there.positions);
             let gain = lowest - cost(&left, &trial, share);
             if there.ended == Ended::Converged && gain >= 0.0 {
@@ -299,25 +317,26 @@ pub(super) fn complete(
         }
         fresh = !followed;
         if fresh {
-            linear = Linear::new(rest, seen, &columns, m, (&now, &x, &off))?;
+            linear = Linear::new(rest, seen, &columns, m, (&now, &x, &off)).ok_or(NO_REST)?;
         } else {
             let (moment, square) = seen.moments(&linear.slopes, &(&off + &linear.slopes * &now));
             linear.split.aim(&moment, square);
         }
-        solved = linear.split.solve(&now.rows(0, m).into_owned(), allowed)?;
+        solved = linear.split.solve(&now.rows(0, m).into_owned(), allowed).ok_or(NO_STRENGTHS)?;
     }
     let Linear { split, moved, .. } = linear;
     let (share, weighed) = solved;
     let activations = now.rows(0, m).into_owned();
     // Errors: of the activations, which the fields make up for in part, and of the fields where the activations are known.
-    let root = covariance(&activations, &weighed.normal)?.cholesky()?.unpack();
+    let root =
+        covariance(&activations, &weighed.normal).and_then(nalgebra::Matrix::cholesky).ok_or(NO_STRENGTHS)?.unpack();
     let made_up = -(&split.turn * DMatrix::from_diagonal(&weighed.variances) * &split.coupling * &root);
     let own = &split.turn * DMatrix::from_diagonal(&weighed.variances.map(f64::sqrt));
     let mut of_fields = made_up.resize_horizontally(m + q, 0.0);
     of_fields.columns_mut(m, q).copy_from(&own);
     let of_muscles = root.resize_horizontally(m + q, 0.0);
     let places = Errors::places(&moved[..m]) * &of_muscles + Errors::places(&moved[m..]) * &of_fields;
-    Some(Completed {
+    Ok(Completed {
         square: seen.square(&off),
         besides: together(&fields, &now.rows(m, q).into_owned()),
         errors: Errors { activations: of_muscles, places },

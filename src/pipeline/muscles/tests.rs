@@ -224,6 +224,38 @@ fn without_a_mark_of_the_skin_the_field_stays_as_measured() {
     );
 }
 
+/// Skin that stays where it was asks for no muscle, and so there is no scale for what would pull besides: that is said.
+#[test]
+fn what_the_muscles_leave_is_asked_for_only_where_one_pulls() {
+    let still = posed(&[]);
+    let way = MuscleWay { law: Some(LawKind::Anatomical), ..MuscleWay::default() };
+    let outcome = solve(&still, FieldWay::Muscles(way));
+    assert!(outcome.muscles.as_ref().is_some_and(|m| m.pulling.is_empty() && m.besides.is_none()));
+    assert!(outcome.warnings.contains(&Warning::NothingBesides { why: "no muscle pulls" }));
+    let alone = solve(&still, FieldWay::Muscles(MuscleWay { alone: true, ..way }));
+    assert!(!alone.warnings.iter().any(|w| matches!(w, Warning::NothingBesides { .. })));
+}
+
+#[test]
+fn a_fit_of_muscles_is_given_up_when_it_is_told_to() {
+    let Posed { face, mut project, .. } = posed(&BROW_RAISE);
+    project.settings.field = FieldWay::Muscles(MuscleWay::default());
+    let calls = std::cell::Cell::new(0);
+    let after = |most: usize| {
+        calls.set(0);
+        let stop = || calls.replace(calls.get() + 1) >= most;
+        pipeline::solve_unless(&project, &face, [1036, 1036], &mut Workspace::default(), &stop)
+    };
+    let whole = after(usize::MAX);
+    let asked = calls.get();
+    assert!(whole.is_some_and(|o| o.muscles.is_some()) && asked > LawKind::ALL.len(), "{asked}");
+    for most in 0..asked {
+        assert_eq!(after(most), None, "{most}");
+        // No law is tried, and no step gone, after it was told: the chain asks once more at its end.
+        assert!(calls.get() <= most + 2, "{most}: {}", calls.get());
+    }
+}
+
 #[test]
 fn muscles_that_the_marks_cannot_feel_are_not_asked_for() {
     let posed = posed(&BROW_RAISE);

@@ -6,6 +6,7 @@ use nalgebra::{Point3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
+use super::super::applied::method;
 use super::super::kind::Options;
 use super::super::membrane_truth::{MembraneFace, MembraneSettings};
 use super::super::runner::Case;
@@ -49,7 +50,7 @@ enum Truth {
     Rough,
     /// One of four expressions, by the seed: membrane elements of a finer mesh in equilibrium under muscles.
     Membrane,
-    /// The same by muscles that are not where the face has them ([`elsewhere`]).
+    /// The same by muscles that are not where the face has them ([`scene::muscles_elsewhere`]).
     Elsewhere,
 }
 
@@ -79,29 +80,14 @@ struct Made {
 /// The expressions of the seeds, each made once.
 type Membranes = Arc<Vec<OnceLock<Result<Made, String>>>>;
 
-/// The face with both ends of every muscle on a neighbour of their vertex, some 8 mm off, and with widths from 75 to 125 % of its own.
-fn elsewhere(face: &FaceModel, seed: u64) -> Result<FaceModel, String> {
-    let mut random = Pcg64::seed_from_u64(seed ^ 0x656c_7365);
-    let mut parts = face.to_parts();
-    for muscle in &mut parts.muscles {
-        let mut beside = |end: u32, other: u32| {
-            let near = face.mesh().neighbours(end as usize);
-            let near: Vec<u32> = near.iter().copied().filter(|v| *v != other).collect();
-            near.get(random.random_range(0..near.len().max(1))).copied().unwrap_or(end)
-        };
-        muscle.attachment = beside(muscle.attachment, muscle.insertion);
-        muscle.insertion = beside(muscle.insertion, muscle.attachment);
-        muscle.half_width_mm *= random.random_range(0.75..1.25);
-    }
-    FaceModel::new(face.mesh().clone(), parts).map_err(|e| e.to_string())
-}
-
 fn made(generic: &FaceModel, truth: Truth, seed: u64) -> Result<Made, String> {
     let basic = EXPRESSIONS[(seed as usize).wrapping_sub(1) % EXPRESSIONS.len()];
     let distance_mm = TwinSettings::default().distance_mm;
     let person = scene::person(generic, seed, distance_mm).map_err(|e| e.to_string())?;
-    let puller = if truth == Truth::Elsewhere { elsewhere(&person, seed)? } else { person.clone() };
-    let mut face = MembraneFace::new(&puller, &MembraneSettings::default()).map_err(|e| e.to_string())?;
+    let elsewhere = (truth == Truth::Elsewhere).then(|| scene::muscles_elsewhere(&person, seed));
+    let elsewhere = elsewhere.transpose().map_err(|e| e.to_string())?;
+    let mut face = MembraneFace::new(elsewhere.as_ref().unwrap_or(&person), &MembraneSettings::default())
+        .map_err(|e| e.to_string())?;
     let expression = Expression::basic(basic, face.actuators()).times(INTENSITY);
     let truth = face.truth(&expression).map_err(|e| e.to_string())?;
     if truth.ended != Ended::Converged {
@@ -114,20 +100,14 @@ fn made(generic: &FaceModel, truth: Truth, seed: u64) -> Result<Made, String> {
 /// The ways to the field, by name; in a quick study muscles only by the law that leaves least.
 fn ways(quick: bool) -> Vec<(String, FieldWay)> {
     let weight = WeightRule::Discrepancy;
-    let mut all = vec![(FieldWay::Direct.label().to_owned(), FieldWay::Direct)];
-    all.extend(WeightRule::ALL.map(|weight| {
-        let way = FieldWay::Regularised { weight };
-        (format!("{}, {}", way.label(), weight.label().to_lowercase()), way)
-    }));
+    let mut all = vec![FieldWay::Direct];
+    all.extend(WeightRule::ALL.map(|weight| FieldWay::Regularised { weight }));
     let laws = [None, Some(LawKind::WatersSheet), Some(LawKind::Anatomical)];
     for alone in [false, true] {
-        all.extend(laws.iter().take(if quick { 1 } else { laws.len() }).map(|&law| {
-            let way = FieldWay::Muscles(MuscleWay { weight, law, most: None, alone });
-            let alone = if alone { " alone" } else { "" };
-            (format!("{}{alone}, {}", way.label(), law.map_or("all", LawKind::label)), way)
-        }));
+        let tried = laws.iter().take(if quick { 1 } else { laws.len() });
+        all.extend(tried.map(|&law| FieldWay::Muscles(MuscleWay { weight, law, most: None, alone })));
     }
-    all
+    all.into_iter().map(|way| (method(way), way)).collect()
 }
 
 /// One thing about the chain that is not as in the scene.

@@ -34,7 +34,7 @@ pub(super) struct Asked {
 }
 
 fn row(part: &str, rung: &Rung, ground: &Ground, seed: u64, noise_px: f64) -> Run {
-    let run = Run::new(STUDY, part, rung.method, rung.setting.clone());
+    let run = Run::new(STUDY, part, &rung.method, rung.setting.clone());
     Run { noise_px, vertices: rung.vertices(ground), seed, ..run }
 }
 

@@ -8,8 +8,10 @@ use super::ground::Ground;
 use crate::displacement::DepthRule;
 use crate::displacement::regularised::WeightRule;
 use crate::forces::SkinModel;
+use crate::muscle::LawKind;
 use crate::pipeline::{self, Outcome, Workspace};
 use crate::project::{FieldWay, MuscleWay, Project, Role};
+use crate::study::applied::method;
 
 /// How fine the mesh is that the chain runs on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +38,6 @@ impl Level {
 
 /// A way to the forces, and where it is tried.
 struct Way {
-    name: &'static str,
     field: FieldWay,
     skins: &'static [SkinModel],
     depths: &'static [DepthRule],
@@ -49,31 +50,31 @@ const DEPTHS: &[DepthRule] = &[DepthRule::FixedDepth, DepthRule::KeepHeight, Dep
 const HEIGHT: &[DepthRule] = &[DepthRule::KeepHeight];
 const LEVELS: &[Level] = &Level::ALL;
 const OWN: &[Level] = &[Level::Own];
-/// An equilibrium on a finer mesh takes four times as long, and the muscles are what limits it.
-const COARSE: &[Level] = &[Level::Thinned, Level::Own];
 
 const WEIGHT: WeightRule = WeightRule::Discrepancy;
 const SMOOTH: FieldWay = FieldWay::Regularised { weight: WEIGHT };
 
+/// Muscles by the thesis's law, and on the face's own mesh, whatever law made the truth: to try all of them takes four
+/// times as long, and so does a finer mesh.
 const fn muscles(most: Option<u8>, alone: bool) -> FieldWay {
-    FieldWay::Muscles(MuscleWay { weight: WEIGHT, law: None, most, alone })
+    FieldWay::Muscles(MuscleWay { weight: WEIGHT, law: Some(LawKind::Anatomical), most, alone })
 }
 
 /// The ways, the simplest first.
 #[rustfmt::skip]
 const WAYS: [Way; 6] = [
-    Way { name: "Direct", field: FieldWay::Direct, skins: BOTH, depths: DEPTHS, levels: LEVELS },
-    Way { name: "Regularised, discrepancy", field: SMOOTH, skins: BOTH, depths: DEPTHS, levels: LEVELS },
-    Way { name: "Muscles alone, at most 2", field: muscles(Some(2), true), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
-    Way { name: "Muscles alone, smallest set", field: muscles(Some(u8::MAX), true), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
-    Way { name: "Muscles alone, all", field: muscles(None, true), skins: MEMBRANE, depths: HEIGHT, levels: COARSE },
-    Way { name: "Muscles, all", field: muscles(None, false), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
+    Way { field: FieldWay::Direct, skins: BOTH, depths: DEPTHS, levels: LEVELS },
+    Way { field: SMOOTH, skins: BOTH, depths: DEPTHS, levels: LEVELS },
+    Way { field: muscles(Some(2), true), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
+    Way { field: muscles(Some(u8::MAX), true), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
+    Way { field: muscles(None, true), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
+    Way { field: muscles(None, false), skins: MEMBRANE, depths: HEIGHT, levels: OWN },
 ];
 
 /// One rung.
 pub(super) struct Rung {
     /// The way's name.
-    pub(super) method: &'static str,
+    pub(super) method: String,
     /// Skin, depth rule and mesh as pairs.
     pub(super) setting: String,
     pub(super) level: Level,
@@ -101,7 +102,7 @@ pub(super) fn rungs(finer: bool) -> Vec<Rung> {
 /// The rung whose motion tells what has moved: smoothed, at the project's usual depth.
 pub(super) fn smooth_rung() -> Rung {
     Rung {
-        method: "Motion",
+        method: "Motion".to_owned(),
         setting: String::new(),
         level: Level::Own,
         field: SMOOTH,
@@ -130,7 +131,7 @@ impl Rung {
         let words = [skin.label().to_lowercase(), depth_word(depth).to_owned(), level.word().to_owned()];
         let [skin_word, depth_word, mesh_word] = words;
         Self {
-            method: way.name,
+            method: method(way.field),
             setting: format!("skin={skin_word}; depth={depth_word}; mesh={mesh_word}"),
             level,
             field: way.field,

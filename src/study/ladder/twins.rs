@@ -10,6 +10,7 @@ use crate::expression::{Actuators, Expression};
 use crate::muscle::LawKind;
 use crate::project::{Mark, Project, Role};
 use crate::simulate::Ended;
+use crate::study::scene::muscles_elsewhere;
 use crate::study::twin::{TwinSettings, head_motion, normal_pair};
 use crate::study::yardstick::gentle;
 use crate::study::{MembraneFace, MembraneSettings};
@@ -18,8 +19,10 @@ use crate::study::{MembraneFace, MembraneSettings};
 const INTENSITY: std::ops::RangeInclusive<f64> = 0.2..=0.8;
 /// Most muscles by chance.
 const MOST_MUSCLES: usize = 5;
-/// Expressions drawn for a seed until one has an equilibrium that is found.
-const DRAWN: u64 = 6;
+/// Expressions drawn for a seed until one has an equilibrium that is found, and shows.
+const DRAWN: u64 = 12;
+/// An expression shows where it moves compared skin by so much, mm: nobody asks for the forces of less.
+const SHOWS_MM: f64 = 1.0;
 /// A still point may be moved by the expression so far, mm: far below what a hand can mark.
 const STILL_WITHIN_MM: f64 = 0.02;
 /// But the stillest of them stay still points.
@@ -42,19 +45,26 @@ pub(super) struct Truth {
 }
 
 impl Truth {
-    /// The seed's expression: one to five muscles, or one or two of the basic expressions, under one of the laws.
+    /// The seed's expression: one to five muscles, or one or two of the basic expressions, under one of the laws and by muscles that are not
+    /// quite where the face has them.
     pub(super) fn new(ground: &Ground, seed: u64) -> Result<Self, String> {
         let law = LawKind::ALL[Pcg64::seed_from_u64(seed ^ 0x6c61_7773).random_range(0..LawKind::ALL.len())];
         let settings = MembraneSettings { law, ..membrane(&ground.project.settings) };
-        let mut face = MembraneFace::new(&ground.person, &settings).map_err(|e| e.to_string())?;
+        let puller = muscles_elsewhere(&ground.person, seed).map_err(|e| e.to_string())?;
+        let mut face = MembraneFace::new(&puller, &settings).map_err(|e| e.to_string())?;
         let mut why = String::new();
         for draw in 0..DRAWN {
             let expression = drawn(ground, face.actuators(), seed, draw);
             let truth = face.truth(&expression).map_err(|e| e.to_string())?;
-            if truth.ended == Ended::Converged {
+            let far = apart(&truth.last, ground.person.mesh().positions());
+            let shows = ground.compared.iter().any(|v| far[*v] >= SHOWS_MM);
+            if truth.ended != Ended::Converged {
+                truth.ended.label().clone_into(&mut why);
+            } else if !shows {
+                "none of the expressions moves the skin that is compared".clone_into(&mut why);
+            } else {
                 return Ok(Self::of(ground, truth.last, truth.force, expression.activations.len(), seed));
             }
-            truth.ended.label().clone_into(&mut why);
         }
         Err(format!("no truth: {why}"))
     }

@@ -107,7 +107,8 @@ fn hint(rule: WeightRule) -> &'static str {
 /// Which muscles stand for the measured forces, and how near they take the skin to the points.
 fn found(ui: &mut Ui, scene: Scene<'_>) {
     let Some(muscles) = &scene.outcome.muscles else {
-        ui.label(RichText::new("No muscles are found, so the field is the measured one.").weak());
+        let why = if scene.fitting { "The muscles are being fitted: until then" } else { "No muscles are found, so" };
+        ui.label(RichText::new(format!("{why} the field is the measured one.")).weak());
         return;
     };
     let most = muscles.pulling.iter().max_by(|a, b| a.moves_px.total_cmp(&b.moves_px));
