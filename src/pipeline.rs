@@ -26,7 +26,7 @@ use crate::displacement::fill_in::Weights;
 use crate::displacement::regularised::Plate;
 use crate::displacement::{UnmarkedRule, VertexState};
 use crate::face::{FaceModel, Skull};
-use crate::forces::{self, Skin, SkinSpec};
+use crate::forces::{self, Cause, Skin, SkinSpec};
 use crate::project::Project;
 use crate::project::document::FieldWay;
 
@@ -94,7 +94,7 @@ struct Fill {
 
 /// Runs the chain. `image_size_px` is the size of the first frame (width, height).
 pub fn solve(project: &Project, face: &FaceModel, image_size_px: [u32; 2], workspace: &mut Workspace) -> Outcome {
-    chain(project, face, image_size_px, workspace, &|| false)
+    chain(project, face, image_size_px, workspace, &|| false, None)
 }
 
 /// The same, given up where `stop` says so: muscles can take seconds. None where it did.
@@ -105,8 +105,20 @@ pub fn solve_unless(
     workspace: &mut Workspace,
     stop: &dyn Fn() -> bool,
 ) -> Option<Outcome> {
-    let outcome = chain(project, face, image_size_px, workspace, stop);
+    let outcome = chain(project, face, image_size_px, workspace, stop, None);
     (!stop()).then_some(outcome)
+}
+
+/// The independent causes of the errors of the measured forces, vertex by vertex: Σ over all of |δF_i|² is the square of the standard error
+/// ([`Outcome::measured`]), and they tell how errors of different vertices go together.
+pub fn error_causes(project: &Project, face: &FaceModel, image_size_px: [u32; 2]) -> Vec<Cause> {
+    let mut measured = project.clone();
+    if let Some(weight) = project.settings.field.weight() {
+        measured.settings.field = FieldWay::Regularised { weight };
+    }
+    let mut causes = Vec::new();
+    chain(&measured, face, image_size_px, &mut Workspace::default(), &|| false, Some(&mut causes));
+    causes
 }
 
 fn chain(
@@ -115,6 +127,7 @@ fn chain(
     image_size_px: [u32; 2],
     workspace: &mut Workspace,
     stop: &dyn Fn() -> bool,
+    causes: Option<&mut Vec<Cause>>,
 ) -> Outcome {
     if workspace.face.as_ref() != Some(face) {
         *workspace = Workspace { face: Some(face.clone()), ..Workspace::default() };
@@ -189,10 +202,16 @@ fn chain(
         None => {
             let influence = stages::influence(project, &camera, &head, &measured, &first, fill);
             forces::standard_errors(&slopes, &influence, &mut field.sigma);
+            if let Some(causes) = causes {
+                *causes = forces::causes(&slopes, &influence);
+            }
         }
         Some(smooth) => {
             let influence = stages::spread(smooth, &camera, &head, &measured, &first);
             forces::standard_errors_of_spread(&slopes, &influence, &mut field.sigma);
+            if let Some(causes) = causes {
+                *causes = forces::causes_of_spread(&slopes, &influence);
+            }
         }
     }
     let other = stages::place(marked, &camera, &head.motion, mesh, &first, settings.depth.other(), heights);

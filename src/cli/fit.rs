@@ -141,7 +141,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let outcome = solved(&scene);
     progress.stage("fit");
     let goes_on = || false;
-    let Some(analysis) = Analysis::new(&outcome, &scene.face, &question, &goes_on) else { return Ok(()) };
+    let causes = pipeline::error_causes(&scene.project, &scene.face, scene.image_size_px);
+    let found = Analysis::new(&outcome, &causes, &scene.face, &question, &goes_on);
+    let Some(analysis) = found else { return Ok(()) };
     let analysis = analysis?;
     let built = if arguments.ladder {
         progress.stage("ladder");

@@ -7,6 +7,7 @@ use super::design::Design;
 use super::law_fit::Noise;
 use super::non_negative::{self, Ended, NonNegative, NormalEquations};
 use super::student;
+use super::together::{Together, excess};
 
 /// Confidence of the intervals.
 const CONFIDENCE: f64 = 0.95;
@@ -103,20 +104,18 @@ pub struct UnitStrength {
 /// The non-negative strengths that explain the forces best, over all muscles or those `allowed`.
 ///
 /// The intervals hold on the active set: x ± t σ with σ² the variance by (AᵀA)⁻¹ on that set, cut off at zero. A muscle at zero has a
-/// one-sided limit: with it let in, the least squares give x̂ ≤ 0 ± σ; the limit is the 95 % point of that distribution above zero.
+/// one-sided limit: with it let in, the least squares give x̂ ≤ 0 ± σ; the limit is the 95 % point of that distribution above zero. Where the design
+/// has causes of error ([`Design::with_causes`]), variances are those of errors that go together, and grow where more is left than they explain.
 pub fn activations(design: &Design, allowed: Option<&[bool]>, noise: Noise) -> Activations {
     let normal = design.normal_equations();
     let found = non_negative::solve(&normal, allowed);
     let freedom = design.observations().saturating_sub(found.active.len()).max(1);
     let misfit = found.cost / freedom as f64;
-    let variance = match noise {
-        Noise::Estimated => misfit,
-        Noise::Given => 1.0,
-    };
-    let freedom_of_t = (noise != Noise::Given).then_some(freedom);
-    let t = student::two_sided_95(freedom_of_t);
     let inverse = inverse_on(&normal, &found.active);
-    let covariance = &inverse * variance;
+    let errors = Errors::new(design, &normal, &found, (&inverse, misfit), noise);
+    let freedom_of_t = (noise != Noise::Given && errors.together.is_none()).then_some(freedom);
+    let t = student::two_sided_95(freedom_of_t);
+    let covariance = errors.covariance(&found.active, &inverse);
     let muscles = (0..normal.len())
         .map(|j| {
             let strength_n = found.strengths[j];
@@ -135,7 +134,7 @@ pub fn activations(design: &Design, allowed: Option<&[bool]>, noise: Noise) -> A
                     let mut set = found.active.clone();
                     set.push(j);
                     let with = inverse_on(&normal, &set);
-                    let sigma = (with[(j, j)] * variance).sqrt();
+                    let sigma = errors.covariance(&set, &with)[(j, j)].sqrt();
                     one.sigma_n = Some(sigma);
                     one.inflation = Some(with[(j, j)] * normal.gram[(j, j)]);
                     let estimate = with.row(j).transpose().dot(&normal.moment);
@@ -159,6 +158,52 @@ pub fn activations(design: &Design, allowed: Option<&[bool]>, noise: Noise) -> A
         solves: found.solves,
         muscles,
         covariance,
+    }
+}
+
+/// Where variances of strengths are taken from.
+struct Errors<'a> {
+    normal: &'a NormalEquations,
+    together: Option<Together>,
+    /// The variance of independent errors, or by how much those that go together are larger than they are said to be.
+    scale: f64,
+}
+
+impl<'a> Errors<'a> {
+    fn new(
+        design: &Design,
+        normal: &'a NormalEquations,
+        found: &NonNegative,
+        (inverse, misfit): (&DMatrix<f64>, f64),
+        noise: Noise,
+    ) -> Self {
+        let together = design.together();
+        let mut errors = Self { normal, together, scale: 1.0 };
+        errors.scale = match (noise, &errors.together) {
+            (Noise::Given, _) => 1.0,
+            (Noise::Estimated, None) => misfit,
+            (Noise::Estimated, Some(_)) => excess(found.cost, errors.of(&found.active, inverse).1),
+        };
+        errors
+    }
+
+    /// Covariance on some of the columns, zero elsewhere, from (AᵀA)⁻¹ on these.
+    fn covariance(&self, set: &[usize], inverse: &DMatrix<f64>) -> DMatrix<f64> {
+        self.of(set, inverse).0 * self.scale
+    }
+
+    fn of(&self, set: &[usize], inverse: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
+        let Some(together) = &self.together else { return (inverse.clone(), 0.0) };
+        let own: Vec<f64> = set.iter().map(|&j| self.normal.gram[(j, j)]).collect();
+        let part = inverse.select_rows(set).select_columns(set);
+        let (found, expected) = together.covariance(set, &part, &own);
+        let mut all = DMatrix::zeros(inverse.nrows(), inverse.ncols());
+        for (a, &i) in set.iter().enumerate() {
+            for (b, &j) in set.iter().enumerate() {
+                all[(i, j)] = found[(a, b)];
+            }
+        }
+        (all, expected)
     }
 }
 

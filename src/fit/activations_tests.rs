@@ -102,6 +102,33 @@ fn two_much_alike_are_named_with_their_correlation() {
     assert!((found.confusable[0].with[0].1 + 0.98).abs() < 1e-9 && found.confusable[0].with[0].0 == 1);
 }
 
+/// By hand. One muscle that pulls by 1 on two samples along x; one cause of error puts 0.3 on both, another ±0.1. Its strength is the mean, which
+/// the second leaves alone: σ = 0.3. Independent errors of the same size √0.1 would give √(0.1/2) = 0.2236. For a muscle at zero σ is the same.
+#[test]
+fn errors_that_go_together_count_as_they_do() {
+    let e = |a: f64, b: f64| vec![(0, Vector3::new(a, 0.0, 0.0)), (1, Vector3::new(b, 0.0, 0.0))];
+    let causes = [e(0.3, 0.3), e(0.1, -0.1)];
+    for (force, standing) in [(2.0, Standing::Active), (-0.01, Standing::AtZero)] {
+        let samples = [sample([force, 0.0, 0.0], 0.1_f64.sqrt()); 2];
+        let mut design = Design::new(&samples, Compare::Vectors).unwrap();
+        columns(&mut design, &[&[[1.0, 0.0, 0.0]; 2]]);
+        let alone = activations(&design, None, Noise::Given);
+        // A component of the error has σ/√3.
+        assert!((alone.muscles[0].sigma_n.unwrap() - (0.1_f64 / 6.0).sqrt()).abs() < 1e-9);
+        for noise in [Noise::Given, Noise::Estimated] {
+            let found = activations(&design.clone().with_causes(&causes), None, noise);
+            assert_eq!(found.muscles[0].standing, standing);
+            assert!((found.muscles[0].sigma_n.unwrap() - 0.3).abs() < 1e-9, "{:?}", found.muscles[0]);
+        }
+    }
+    // What the causes leave of a residual is that of the second: 2 · 0.1². Ten times that is √10 times the error.
+    let samples = [2.0 + 0.1_f64.sqrt(), 2.0 - 0.1_f64.sqrt()].map(|x| sample([x, 0.0, 0.0], 0.1_f64.sqrt()));
+    let mut design = Design::new(&samples, Compare::Vectors).unwrap();
+    columns(&mut design, &[&[[1.0, 0.0, 0.0]; 2]]);
+    let found = activations(&design.with_causes(&causes), None, Noise::Estimated);
+    assert!((found.muscles[0].sigma_n.unwrap() - 0.3 * 10.0_f64.sqrt()).abs() < 1e-9, "{:?}", found.muscles[0]);
+}
+
 /// 2000 draws of three columns that overlap: the intervals of strengths above zero and the limits of those at zero hold what
 /// they promise.
 #[test]

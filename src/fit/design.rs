@@ -3,7 +3,9 @@
 use nalgebra::{DMatrix, DVector, Point3, Vector3};
 
 use super::non_negative::NormalEquations;
+use super::together::Together;
 use super::{Compare, Sample};
+use crate::forces::Cause;
 use crate::muscle::{Fibre, MuscleLaw};
 
 /// A force is F = Σ x_j f_j with strengths x_j, N. Here are the f_j and the observed F, both divided by their standard errors.
@@ -20,6 +22,8 @@ pub struct Design {
     weights: Vec<f64>,
     /// The normal that is projected out, where it is.
     normals: Option<Vec<Vector3<f64>>>,
+    /// Causes of error, reduced and weighted as the observations; none where errors are taken for independent.
+    causes: Vec<Cause>,
 }
 
 /// Why forces cannot be compared with a sum of columns.
@@ -63,8 +67,8 @@ impl Design {
         let components: f64 = if normals.is_some() { 2.0 } else { 3.0 };
         let weigh = samples.iter().all(|s| s.sigma > 0.0 && s.sigma.is_finite());
         let weights = samples.iter().map(|s| if weigh { components.sqrt() / s.sigma } else { 1.0 }).collect();
-        let mut design =
-            Self { columns: DMatrix::zeros(3 * samples.len(), 0), observed: DVector::zeros(0), weights, normals };
+        let columns = DMatrix::zeros(3 * samples.len(), 0);
+        let mut design = Self { columns, observed: DVector::zeros(0), weights, normals, causes: Vec::new() };
         design.observed = DVector::from_vec(design.column(samples.iter().map(|s| s.force)));
         Ok(design)
     }
@@ -82,6 +86,25 @@ impl Design {
         }
         design.columns = DMatrix::from_vec(3 * samples.len(), fibres.len(), values);
         Ok(design)
+    }
+
+    /// The same with the independent causes of the samples' errors (N, by sample), which tell how these go together.
+    #[must_use]
+    pub fn with_causes(mut self, causes: &[Cause]) -> Self {
+        let seen = |&(i, e): &(u32, Vector3<f64>)| (i, self.seen(i as usize, e) * self.weights[i as usize]);
+        self.causes = causes.iter().map(|cause| cause.iter().map(seen).collect()).collect();
+        self
+    }
+
+    /// What the causes of error do to the strengths; none where it has none.
+    pub(super) fn together(&self) -> Option<Together> {
+        let row = |j: usize, i: usize, e: &Vector3<f64>| self.columns.fixed_view::<3, 1>(3 * i, j).dot(e);
+        Together::new(self.muscles(), &self.causes, row)
+    }
+
+    /// What of a vector on a sample is compared.
+    fn seen(&self, sample: usize, v: Vector3<f64>) -> Vector3<f64> {
+        self.normals.as_ref().map_or(v, |normals| v - normals[sample] * normals[sample].dot(&v))
     }
 
     /// Adds a muscle, or a part of one, by its force on every sample at a strength of 1 N.
@@ -115,11 +138,7 @@ impl Design {
     fn column(&self, forces: impl Iterator<Item = Vector3<f64>>) -> Vec<f64> {
         let mut values = vec![0.0; 3 * self.weights.len()];
         for (at, (force, row)) in forces.zip(values.chunks_exact_mut(3)).enumerate() {
-            let shown = match &self.normals {
-                Some(normals) => force - normals[at] * normals[at].dot(&force),
-                None => force,
-            };
-            row.copy_from_slice((shown * self.weights[at]).as_slice());
+            row.copy_from_slice((self.seen(at, force) * self.weights[at]).as_slice());
         }
         values
     }

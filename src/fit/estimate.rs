@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::law_fit::{Ended, FailedFit, LawFitOptions, Noise, Start};
 use super::law_model::Model;
+use super::together::excess;
 use super::{Compare, Sample, Strengths, student};
 use crate::muscle::{Fibre, MuscleLaw};
 
@@ -85,8 +86,9 @@ impl Passed {
 /// A fit.
 ///
 /// N is the number of numbers compared and k that of unknowns: shape parameters, strengths, and the variance where it is estimated.
-/// Errors of neighbouring forces are correlated, which none of the measures below knows: intervals are too narrow by that, and AIC and
-/// BIC grant a parameter too easily. Held-out error ([`LawFit::misfit`]) does not suffer from it.
+/// Errors of neighbouring forces are correlated. Intervals and correlations know it where the fit was given the causes of the errors
+/// ([`LawFit::together`]), and are too narrow otherwise; AIC and BIC do not, and grant a parameter too easily. Held-out error
+/// ([`LawFit::misfit`]) does not suffer from it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LawFit {
     /// The law with the fitted shape.
@@ -97,6 +99,8 @@ pub struct LawFit {
     pub compare: Compare,
     /// Whether samples counted by their standard errors.
     pub weighted: bool,
+    /// Whether the intervals know how errors of different samples go together.
+    pub together: bool,
     /// The shape parameters.
     pub parameters: Vec<Estimate>,
     /// The strengths: of all fibres, then of their second lobes.
@@ -174,8 +178,7 @@ pub(crate) fn report(model: &mut Model, options: &LawFitOptions, history: Histor
     let known = options.noise == Noise::Given && model.field().weighted();
     // The residual of an exact fit is made of rounding errors, and so is its variance.
     let least = (4.0 * f64::EPSILON).powi(2) * model.field().cost_of_nothing();
-    let variance = if known { 1.0 } else { cost.max(least) / freedom as f64 };
-    let reach = student::two_sided_95(if known { None } else { Some(freedom) });
+    let independent = if known { 1.0 } else { cost.max(least) / freedom as f64 };
     let at_bound = |k: usize, model: &Model| {
         let (parameter, u) = (model.parameters()[k], model.logarithm(k, model.value(k)));
         [parameter.low, parameter.high].iter().any(|b| (u - model.logarithm(k, *b)).abs() < AT_BOUND)
@@ -184,7 +187,19 @@ pub(crate) fn report(model: &mut Model, options: &LawFitOptions, history: Histor
     let matrix = DMatrix::from_row_slice(p + q, p + q, model.normal().0);
     // What is told: parameters away from their bounds, strengths with support.
     let inner: Vec<usize> = (0..p + q).filter(|&i| if i < p { !held[i] } else { matrix[(i, i)] > 0.0 }).collect();
-    let covariance = inverse(&matrix, &inner) * variance;
+    let inverse = inverse(&matrix, &inner);
+    let (covariance, variance, reach) = if let Some(together) = model.together() {
+        let own: Vec<f64> = inner.iter().map(|&i| matrix[(i, i)]).collect();
+        let (covariance, expected) = together.covariance(&inner, &inverse, &own);
+        let more = if options.noise == Noise::Given { 1.0 } else { excess(cost, expected) };
+        // The mean over the unknowns of how much more they err than with independent errors of the same size.
+        let part = matrix.select_rows(&inner).select_columns(&inner);
+        let mean = (part * &covariance).trace() / inner.len().max(1) as f64;
+        (covariance * more, mean * more, student::two_sided_95(None))
+    } else {
+        let reach = student::two_sided_95(if known { None } else { Some(freedom) });
+        (&inverse * independent, independent, reach)
+    };
     let sigma = |i: usize| inner.iter().position(|&j| j == i).map(|a| covariance[(a, a)].max(0.0).sqrt());
 
     let parameters = estimates(model, &held, reach, &sigma);
@@ -197,7 +212,7 @@ pub(crate) fn report(model: &mut Model, options: &LawFitOptions, history: Histor
         Strength { fibre, lobe, value: value * unit, low, high, supported: error.is_finite() && value != 0.0 }
     });
     let strengths: Vec<Strength> = strengths.collect();
-    let (weak, condition) = weak_directions(model, &matrix, &inner, variance, reach);
+    let (weak, condition) = weak_directions(model, &matrix, &inner, &covariance, reach);
     let names = |&i: &usize| match i.checked_sub(p) {
         None => model.parameters()[model.free()[i]].name.to_owned(),
         Some(c) => match (strengths[c].fibre, strengths[c].lobe) {
@@ -232,6 +247,7 @@ pub(crate) fn report(model: &mut Model, options: &LawFitOptions, history: Histor
         label: model.law().label(),
         compare: model.field().compare(),
         weighted: model.field().weighted(),
+        together: !model.field().causes().is_empty(),
         parameters,
         strengths,
         correlated,
@@ -296,7 +312,7 @@ fn weak_directions(
     model: &Model,
     matrix: &DMatrix<f64>,
     inner: &[usize],
-    variance: f64,
+    covariance: &DMatrix<f64>,
     reach: f64,
 ) -> (Vec<WeakDirection>, f64) {
     let p = model.free().len();
@@ -308,6 +324,8 @@ fn weak_directions(
     let block = |a: &[usize], b: &[usize]| DMatrix::from_fn(a.len(), b.len(), |i, j| matrix[(a[i], b[j])]);
     let mixed = block(&shape, &strengths);
     let schur = block(&shape, &shape) - &mixed * inverse(matrix, &strengths) * mixed.transpose();
+    // The shape parameters come first.
+    let covariance = covariance.view((0, 0), (shape.len(), shape.len()));
     let eigen = SymmetricEigen::new(schur);
     let largest = eigen.eigenvalues.iter().fold(0.0, |l: f64, v| l.max(*v));
     let least = eigen.eigenvalues.iter().fold(f64::INFINITY, |l: f64, v| l.min(*v));
@@ -316,7 +334,9 @@ fn weak_directions(
         .iter()
         .enumerate()
         .map(|(a, &value)| {
-            let log_sigma = if value > NOTHING * largest { (variance / value).sqrt() } else { f64::INFINITY };
+            let along = eigen.eigenvectors.column(a);
+            let variance = along.dot(&(covariance * along));
+            let log_sigma = if value > NOTHING * largest { variance.max(0.0).sqrt() } else { f64::INFINITY };
             let parts = shape
                 .iter()
                 .enumerate()

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Compare, Sample};
+use crate::forces::Cause;
 use crate::muscle::{Fibre, MuscleLaw, Place};
 
 /// Samples and fibres, prepared once for any number of laws and fits.
@@ -24,6 +25,8 @@ pub struct Field {
     forces: Vec<Vector3<f64>>,
     /// Sample by sample, fibre by fibre.
     places: Vec<Place>,
+    /// Causes of error, reduced as the forces; none where errors are taken for independent.
+    causes: Vec<Cause>,
 }
 
 /// Why a field cannot be fitted.
@@ -78,10 +81,19 @@ impl Field {
             axes: Vec::new(),
             forces: Vec::new(),
             places: samples.iter().flat_map(|s| fibres.iter().map(|f| f.place(&s.position))).collect(),
+            causes: Vec::new(),
         };
         field.axes = samples.iter().map(|s| field.axis(s)).collect();
         field.forces = (0..samples.len()).map(|i| field.reduce(i, &(samples[i].force / unit))).collect();
         Ok(field)
+    }
+
+    /// The same with the independent causes of the samples' errors (N, by sample), which tell how these go together.
+    #[must_use]
+    pub fn with_causes(mut self, causes: &[Cause]) -> Self {
+        let reduced = |&(i, e): &(u32, Vector3<f64>)| (i, self.reduce(i as usize, &(e / self.unit)));
+        self.causes = causes.iter().map(|cause| cause.iter().map(reduced).collect()).collect();
+        self
     }
 
     fn axis(&self, sample: &Sample) -> Vector3<f64> {
@@ -162,6 +174,10 @@ impl Field {
 
     pub(crate) fn forces(&self) -> &[Vector3<f64>] {
         &self.forces
+    }
+
+    pub(crate) fn causes(&self) -> &[Cause] {
+        &self.causes
     }
 
     pub(crate) fn weights(&self) -> &[f64] {

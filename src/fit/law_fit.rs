@@ -12,6 +12,7 @@ use super::law_model::Model;
 use super::levenberg_marquardt::{self, LeastSquares, LevenbergMarquardtSettings, Room, Stop};
 use super::nelder_mead::{self, NelderMeadSettings, SimplexStop};
 use super::{Compare, Sample, Strengths};
+use crate::forces::Cause;
 use crate::muscle::{Fibre, MuscleLaw};
 
 /// Where the variance of the data is taken from.
@@ -184,16 +185,29 @@ pub struct FailedFit {
     pub time_ms: f64,
 }
 
-/// Fits a law to samples beside fibres.
+/// Fits a law to samples beside fibres. Their errors are taken for independent.
 pub fn fit_law(
     start: &MuscleLaw,
     fibres: &[Fibre],
     samples: &[Sample],
     options: &LawFitOptions,
 ) -> Result<LawFit, FailedFit> {
+    fit_law_with(start, fibres, samples, &[], options)
+}
+
+/// The same with the causes of the samples' errors ([`Field::with_causes`]).
+pub fn fit_law_with(
+    start: &MuscleLaw,
+    fibres: &[Fibre],
+    samples: &[Sample],
+    causes: &[Cause],
+    options: &LawFitOptions,
+) -> Result<LawFit, FailedFit> {
     let began = Instant::now();
     match Field::new(fibres, samples, options.compare) {
-        Ok(field) => fit_law_to(start, &field, options).map(|fit| LawFit { time_ms: ms(began), ..fit }),
+        Ok(field) => {
+            fit_law_to(start, &field.with_causes(causes), options).map(|fit| LawFit { time_ms: ms(began), ..fit })
+        }
         Err(error) => Err(FailedFit { label: start.label(), why: error.into(), evaluations: 0, time_ms: ms(began) }),
     }
 }

@@ -25,6 +25,7 @@ use super::field::Field;
 use super::law_sums::{What, Work};
 use super::levenberg_marquardt::LeastSquares;
 use super::planes::padded;
+use super::together::Together;
 use super::{Compare, Strengths, cholesky};
 use crate::muscle::{MuscleLaw, Parameter, Shape};
 
@@ -319,6 +320,21 @@ impl<'a> Model<'a> {
     pub(crate) fn normal(&mut self) -> (&[f64], &[f64]) {
         self.arch.dispatch(Work { model: self, what: What::Normal });
         (&self.full, &self.gradient)
+    }
+
+    /// What the field's causes of error do to the unknowns of [`Self::normal`], which was asked for last; none where it has none.
+    pub(super) fn together(&self) -> Option<Together> {
+        let (m, unknowns) = (self.m, self.free.len() + self.columns);
+        let row = |u: usize, i: usize, e: &Vector3<f64>| {
+            if self.compares_lengths() {
+                // |y + e| − |y|, to first order.
+                let y = &self.field.forces()[i];
+                self.along[u * m + i] * y.dot(e) / y.norm().max(f64::MIN_POSITIVE)
+            } else {
+                (0..AXES).map(|axis| self.rows[(AXES * u + axis) * m + i] * e[axis]).sum()
+            }
+        };
+        Together::new(unknowns, self.field.causes(), row)
     }
 
     pub(super) fn column_of(&self, term: usize) -> usize {

@@ -72,6 +72,7 @@ mod planes;
 pub mod selection;
 mod sharp_side;
 pub mod student;
+mod together;
 
 pub use activations::{Activation, Activations, activations};
 pub use comparison::{Candidate, Comparison, candidates, compare_laws};
@@ -79,7 +80,7 @@ pub use design::{Design, DesignError};
 pub use estimate::{Estimate, LawFit, Misfit, Passed, Strength, WeakDirection};
 pub use field::{Field, FieldError};
 pub use held_out::{HeldOut, Patches, Pulling};
-pub use law_fit::{FailedFit, LawFitOptions, Method, NoFit, Noise, fit_law, fit_law_to};
+pub use law_fit::{FailedFit, LawFitOptions, Method, NoFit, Noise, fit_law, fit_law_to, fit_law_with};
 pub use selection::{Selection, SelectionSettings, smallest_set};
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use rand_pcg::Pcg64Mcg;
 use super::law_model::Model;
 use super::levenberg_marquardt::{LeastSquares, LevenbergMarquardtSettings};
 use super::*;
+use crate::forces::Cause;
 use crate::muscle::{Anatomical, Direction, Fibre, LawKind, Lobe, MuscleLaw, Reading, WatersLinear};
 
 /// Two fibres side by side on a curved forehead, 50 mm long.
@@ -212,6 +213,94 @@ fn intervals_hold_the_truth_and_shrink_with_the_noise() {
     // 480 intervals, not independent of each other: 95 % ± 4 %.
     assert!((0.91..=0.99).contains(&(f64::from(held as u32) / f64::from(asked))), "{held} of {asked}");
     assert!((widths[1] / widths[0] - 4.0).abs() < 0.4, "{widths:?}");
+}
+
+/// Errors of one cause each: what goes together with nothing is independent, and the sum over the causes is the unit matrix.
+#[test]
+fn causes_of_one_component_each_are_independent_errors() {
+    let law = MuscleLaw::default_of(LawKind::Anatomical);
+    let sigma = 0.05;
+    let samples = noisy(&field_of(&law, &[0.8, 1.1]), sigma, 3);
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| axis * (sigma / 3f64.sqrt()));
+    let causes: Vec<Cause> = (0..samples.len() as u32).flat_map(|i| axes.map(|e| vec![(i, e)])).collect();
+    let options = LawFitOptions { starts: 1, variants: false, noise: Noise::Given, ..LawFitOptions::default() };
+    let alone = fit_law(&law, &fibres(), &samples, &options).unwrap();
+    let with = fit_law_with(&law, &fibres(), &samples, &causes, &options).unwrap();
+    assert!(with.together && !alone.together);
+    for (a, b) in with.parameters.iter().zip(&alone.parameters) {
+        assert!((a.low - b.low).abs() < 1e-9 * b.value && (a.high - b.high).abs() < 1e-9 * b.value, "{a:?} {b:?}");
+    }
+    for (a, b) in with.strengths.iter().zip(&alone.strengths) {
+        assert!((a.low - b.low).abs() < 1e-9 && (a.high - b.high).abs() < 1e-9, "{a:?} {b:?}");
+    }
+    assert!((with.correlation[0][1] - alone.correlation[0][1]).abs() < 1e-9);
+    // Lengths are compared along each force.
+    let lengths = LawFitOptions { compare: Compare::Magnitudes, ..options };
+    let alone = fit_law(&law, &fibres(), &samples, &lengths).unwrap();
+    let with = fit_law_with(&law, &fibres(), &samples, &causes, &lengths).unwrap();
+    for (a, b) in with.parameters.iter().zip(&alone.parameters) {
+        assert!((a.low - b.low).abs() < 1e-9 * b.value, "{a:?} {b:?}");
+    }
+}
+
+/// Bumps of error 12 mm wide, 14 mm apart: forces of neighbours err together, as where one mark pulls at all of them.
+fn bumps(samples: &[Sample], sigma: f64) -> (Vec<Cause>, Vec<Sample>) {
+    let at = |k: i32| f64::from(k) * 14.0;
+    let centres = (-4..=4).flat_map(|i| (-3..=6).map(move |j| Point3::new(at(i), at(j), 0.0)));
+    let bump = |centre: Point3<f64>, axis: usize| -> Cause {
+        let size = |s: &Sample| sigma * (-(s.position - centre).xy().norm_squared() / 288.0).exp();
+        (0..).zip(samples).map(|(i, s)| (i, Vector3::ith(axis, size(s)))).collect()
+    };
+    let causes: Vec<Cause> = centres.flat_map(|centre| [0, 1, 2].map(|axis| bump(centre, axis))).collect();
+    let mut squares = vec![0.0; samples.len()];
+    for (i, e) in causes.iter().flatten() {
+        squares[*i as usize] += e.norm_squared();
+    }
+    let known = samples.iter().zip(squares).map(|(s, square)| Sample { sigma: square.sqrt(), ..*s });
+    (causes, known.collect())
+}
+
+fn drawn(samples: &[Sample], causes: &[Cause], seed: u64) -> Vec<Sample> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut found = samples.to_vec();
+    for cause in causes {
+        let times: f64 = (0..12).map(|_| random.random_range(-0.5..0.5)).sum();
+        for (i, e) in cause {
+            found[*i as usize].force += e * times;
+        }
+    }
+    found
+}
+
+/// A thousand draws of errors that go together: intervals that know it hold the truth in about 95 % of them, others
+/// mostly far less often.
+#[test]
+fn intervals_know_how_errors_go_together() {
+    let law = MuscleLaw::default_of(LawKind::Anatomical);
+    let (causes, clean) = bumps(&field_of(&law, &[0.8, 1.1]), 0.01);
+    let held = |known: &[Cause], noise: Noise, seed: u64| -> Vec<bool> {
+        let options = LawFitOptions { starts: 1, variants: false, noise, ..LawFitOptions::default() };
+        let fit = fit_law_with(&law, &fibres(), &drawn(&clean, &causes, seed), known, &options).unwrap();
+        let shape = fit.parameters.iter().zip(law.parameters()).map(|(e, t)| e.low <= t.value && t.value <= e.high);
+        shape.chain(fit.strengths.iter().zip([0.8, 1.1]).map(|(s, t)| s.low <= t && t <= s.high)).collect()
+    };
+    let share = |known: &[Cause], noise: Noise| {
+        let mut count = Vec::new();
+        for seed in 0..1000 {
+            let held = held(known, noise, seed);
+            count.resize(held.len(), 0);
+            count.iter_mut().zip(held).for_each(|(n, held)| *n += u32::from(held));
+        }
+        count.iter().map(|n| f64::from(*n) / 1000.0).collect::<Vec<f64>>()
+    };
+    let given = share(&causes, Noise::Given);
+    // A thousand draws scatter by 0.7 points.
+    assert!(given.iter().all(|s| (0.93..=0.975).contains(s)), "{given:?}");
+    // By default they grow where by chance more is left than expected, and never shrink: a little too long.
+    let estimated = share(&causes, Noise::Estimated);
+    assert!(estimated.iter().all(|s| (0.94..=0.985).contains(s)), "{estimated:?}");
+    let without = share(&[], Noise::Given);
+    assert!(without.iter().filter(|s| **s < 0.8).count() >= 4, "{without:?}");
 }
 
 #[test]

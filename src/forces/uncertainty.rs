@@ -321,7 +321,7 @@ pub(super) fn assert_differences(
 mod tests {
     use super::*;
     use crate::face::patches::{Noise, shaken, triangular};
-    use crate::forces::{SpringRule, muscle_forces};
+    use crate::forces::{Cause, SpringRule, causes, causes_of_spread, muscle_forces};
     use nalgebra::Vector6;
 
     fn forces(springs: &Springs, curve: &StressStrainCurve, x: &[Point3<f64>], active: &[bool]) -> Vec<Vector3<f64>> {
@@ -401,6 +401,20 @@ mod tests {
         for (a, b) in of_marks.iter().zip(of_spread(&off_px)) {
             assert!((a - b).abs() < 1e-12 * a.max(1e-3), "{a} {b}");
         }
+        // And so are its causes, but for their order.
+        let slopes = ForceSlopes::of_springs(&springs, &curve, &x, None);
+        let influence = SpreadInfluence {
+            slope_mm_per_px: (0..n).map(slope_of).collect(),
+            column: (0..n as u32).map(Some).collect(),
+            spread_px: &spread_px,
+            off_px: &off_px,
+            common: None,
+        };
+        let (one, other) = (causes(&slopes, &marks), causes_of_spread(&slopes, &influence));
+        assert_eq!((one.len() + 1, &other[2 * n]), (other.len(), &Cause::new()));
+        for (a, b) in one.iter().flatten().zip(other.iter().flatten()) {
+            assert!(a.0 == b.0 && (a.1 - b.1).norm() < 1e-15, "{a:?} {b:?}");
+        }
         // One vertex off by d: the force there changes by ΣB S d, to first order.
         let (v, d) = (14, Vector2::new(1e-4, -2e-4));
         off_px[v] = d;
@@ -469,6 +483,9 @@ mod tests {
 
         let mean = forces(&springs, &curve, &x, &active);
         let mut squares = vec![0.0; n];
+        // Errors of two vertices go together: neighbours, some that follow the same marks, and two that share the head alone.
+        let pairs = [(20, 21), (14, 15), (2, 33)];
+        let mut products = pairs.map(|_| Matrix3::zeros());
         let draws = 2000;
         for _ in 0..draws {
             let e: Vec<_> = sigma.iter().map(|s| Vector2::new(noise.normal(), noise.normal()) * *s).collect();
@@ -480,13 +497,34 @@ mod tests {
                     x[j] + marks + follow[j] * theta
                 })
                 .collect();
-            for (sum, (f, m)) in squares.iter_mut().zip(forces(&springs, &curve, &moved, &active).iter().zip(&mean)) {
-                *sum += (f - m).norm_squared();
+            let found = forces(&springs, &curve, &moved, &active);
+            let off: Vec<Vector3<f64>> = found.iter().zip(&mean).map(|(f, m)| f - m).collect();
+            for (sum, off) in squares.iter_mut().zip(&off) {
+                *sum += off.norm_squared();
+            }
+            for (sum, (i, j)) in products.iter_mut().zip(pairs) {
+                *sum += off[i] * off[j].transpose();
             }
         }
+        let slopes = ForceSlopes::of_springs(&springs, &curve, &x, Some(&active));
+        let known = causes(&slopes, &influence);
+        let of_causes = |i: usize, j: usize| -> Matrix3<f64> {
+            let at = |cause: &Cause, i: usize| {
+                cause.iter().find(|(v, _)| *v as usize == i).map_or_else(Vector3::zeros, |(_, f)| *f)
+            };
+            known.iter().map(|c| at(c, i) * at(c, j).transpose()).sum()
+        };
+        for (sum, (i, j)) in products.iter().zip(pairs) {
+            let (said, room) = (of_causes(i, j), claimed[i] * claimed[j]);
+            assert!((sum / f64::from(draws) - said).norm() < 0.06 * room, "{i} {j}: {said} of {room}");
+        }
+        let alike = pairs.map(|(i, j)| of_causes(i, j).norm() / (claimed[i] * claimed[j]));
+        assert!(alike.iter().all(|a| *a > 0.1), "{alike:?}");
         for i in 0..n {
             let drawn = (squares[i] / f64::from(draws)).sqrt();
             // 2000 draws of two or three numbers scatter by about 1.5 %.
+            let caused = of_causes(i, i).trace();
+            assert!((caused - claimed[i].powi(2)).abs() <= 1e-9 * caused, "{i}: {caused}");
             assert!((claimed[i] - drawn).abs() <= 0.06 * drawn, "vertex {i}: claimed {} drawn {drawn}", claimed[i]);
         }
         assert!(claimed[1] == 0.0 && claimed[14] > 0.0);

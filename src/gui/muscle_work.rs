@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use super::app::App;
+use super::app::{App, image_size_px};
 use super::jobs::{About, Finished};
 use super::{Stamp, Workspace};
 use crate::muscle_field::{Analysis, Ladder, Nothing, Question, ladder};
+use crate::pipeline;
 
 /// What is known of the muscles, and what is being looked for.
 #[derive(Debug, Default)]
@@ -107,8 +108,10 @@ impl App {
         work.number += 1;
         work.asked = Some(wanted.clone());
         let (number, outcome, face) = (work.number, self.outcome.clone(), Arc::clone(&self.face));
+        let project = self.project().clone();
         let job = self.jobs.start(ctx, "Finding the muscles", About::Muscles, move |progress| {
-            let found = Analysis::new(&outcome, &face, &wanted.1, &|| progress.is_cancelled())?;
+            let causes = pipeline::error_causes(&project, &face, image_size_px(&project));
+            let found = Analysis::new(&outcome, &causes, &face, &wanted.1, &|| progress.is_cancelled())?;
             Some(Finished::Muscles(number, MuscleAnswer::Analysis(Box::new(found))))
         });
         self.muscle_work.job = Some(job);
@@ -121,7 +124,7 @@ impl App {
             return;
         }
         let (analysis, face, project) = (Arc::clone(analysis), Arc::clone(&self.face), self.project().clone());
-        let (number, size) = (self.muscle_work.answered, super::app::image_size_px(&project));
+        let (number, size) = (self.muscle_work.answered, image_size_px(&project));
         self.muscle_work.ladder = LadderWork::Building;
         self.jobs.start(ctx, "Building the ladder", About::Muscles, move |progress| {
             let stop = || progress.is_cancelled();

@@ -10,7 +10,10 @@ use crate::face::FaceModel;
 use crate::fit::activations::{self, Activations};
 use crate::fit::design::{Design, DesignError};
 use crate::fit::selection::{Selection, SelectionSettings, smallest_set};
-use crate::fit::{Compare, FailedFit, HeldOut, LawFit, LawFitOptions, Noise, Patches, Sample, candidates, fit_law};
+use crate::fit::{
+    Compare, FailedFit, HeldOut, LawFit, LawFitOptions, Noise, Patches, Sample, candidates, fit_law_with,
+};
+use crate::forces::Cause;
 use crate::muscle::{Fibre, LawKind, Lobe, MuscleLaw};
 use crate::pipeline::Outcome;
 
@@ -100,6 +103,8 @@ pub struct Analysis {
     pub question: Question,
     /// The forces that counted.
     pub samples: Samples,
+    /// The causes of their errors, by sample.
+    pub causes: Vec<Cause>,
     /// All muscles that have a fibre.
     pub fibres: Vec<FibreOf>,
     /// The muscles whose law is fitted, as indices into `fibres`.
@@ -181,7 +186,8 @@ fn first_guesses() -> Vec<Pull> {
 }
 
 impl Analysis {
-    /// Looks for the muscles behind an outcome's forces. `stop` is asked between fits; an answer that was stopped is none.
+    /// Looks for the muscles behind an outcome's forces, whose errors have these causes ([`crate::pipeline::error_causes`]; without any they are taken
+    /// for independent). `stop` is asked between fits; an answer that was stopped is none.
     ///
     /// 1. The smallest set is looked for with each law's default shape, and with two lobes that pull against each other; the union is what all laws are then fitted to, so that no law
     ///    has chosen the muscles alone.
@@ -192,19 +198,27 @@ impl Analysis {
     /// [`Nothing`] where there is nothing to fit; `None` where it was stopped.
     pub fn new(
         outcome: &Outcome,
+        causes: &[Cause],
         face: &FaceModel,
         question: &Question,
         stop: &dyn Fn() -> bool,
     ) -> Option<Result<Self, Nothing>> {
-        match Self::find(outcome, face, question, stop) {
+        match Self::find(outcome, causes, face, question, stop) {
             Ok(analysis) => Some(Ok(analysis)),
             Err(Halt::Nothing(nothing)) => Some(Err(nothing)),
             Err(Halt::Stopped) => None,
         }
     }
 
-    fn find(outcome: &Outcome, face: &FaceModel, question: &Question, stop: &dyn Fn() -> bool) -> Result<Self, Halt> {
+    fn find(
+        outcome: &Outcome,
+        causes: &[Cause],
+        face: &FaceModel,
+        question: &Question,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Self, Halt> {
         let samples = Samples::of(outcome, face, question.include);
+        let causes = samples.causes(causes);
         let (fibres, _) = fibres(face, &outcome.first);
         if samples.is_empty() {
             return Err(Nothing::NoSamples.into());
@@ -243,7 +257,7 @@ impl Analysis {
         let options = LawFitOptions { compare: question.compare, ..LawFitOptions::default() };
         let mut laws = Vec::new();
         for law in candidates() {
-            let fit = fit_law(&law, &of_set, &samples.samples, &options);
+            let fit = fit_law_with(&law, &of_set, &samples.samples, &causes, &options);
             let held_out =
                 fit.as_ref().ok().and_then(|fit| left_out(&patches, fit, &of_set, &samples.samples, &options));
             laws.push(LawRow { law, fit, held_out });
@@ -253,10 +267,10 @@ impl Analysis {
         let default = || Pull::plain(MuscleLaw::default_of(LawKind::Anatomical));
         let shape = best.and_then(|b| laws[b].fit.as_ref().ok()).map_or_else(default, Pull::of);
         let design = design(&shape)?;
-        let activations = activations::activations(&design, None, Noise::default());
         let selection = smallest_set(&design, &positions, &settings);
+        let activations = activations::activations(&design.with_causes(&causes), None, Noise::default());
         let question = question.clone();
-        Ok(Self { question, samples, fibres, set, explains, laws, best, activations, selection, shape })
+        Ok(Self { question, samples, causes, fibres, set, explains, laws, best, activations, selection, shape })
     }
 
     /// The best law's fit.
@@ -270,7 +284,7 @@ impl Analysis {
         let lines: Vec<Fibre> = self.fibres.iter().map(|f| f.fibre.clone()).collect();
         let design = self.shape.design(&lines, &self.samples.samples, linear(self.question.compare)).ok()?;
         let allowed: Vec<bool> = (0..lines.len()).map(|f| self.set.contains(&f)).collect();
-        Some(activations::activations(&design, Some(&allowed), Noise::default()))
+        Some(activations::activations(&design.with_causes(&self.causes), Some(&allowed), Noise::default()))
     }
 
     /// The fibres of the set, in the order of a fit's strengths.

@@ -175,7 +175,7 @@ fn pulled(strengths: [f64; 2]) -> (std::sync::Arc<FaceModel>, Outcome) {
 fn the_muscles_that_made_a_field_are_found_with_their_law_and_strengths() {
     let (face, outcome) = pulled([0.9, 0.4]);
     let question = Question { compare: crate::fit::Compare::Vectors, ..Question::default() };
-    let found = Analysis::new(&outcome, &face, &question, &|| false).unwrap().unwrap();
+    let found = Analysis::new(&outcome, &[], &face, &question, &|| false).unwrap().unwrap();
     let ids: Vec<&str> =
         found.selection.chosen.iter().map(|&f| face.muscles()[found.fibres[f].muscle].id.as_str()).collect();
     assert_eq!(ids, ["frontalis_medial_left", "zygomaticus_major_right"]);
@@ -252,17 +252,20 @@ fn noise_alone_is_explained_by_no_muscle_and_no_field_is_no_answer() {
     for f in &mut outcome.field.force {
         *f = Vector3::from_fn(|_, _| random.random_range(-0.1..0.1));
     }
-    let found = Analysis::new(&outcome, &face, &Question::default(), &|| false).unwrap().unwrap();
+    let found = Analysis::new(&outcome, &[], &face, &Question::default(), &|| false).unwrap().unwrap();
     assert!(!found.explains && found.selection.chosen.is_empty());
     let best = found.best.and_then(|b| found.laws[b].held_out.as_ref()).unwrap();
     assert!(best.error > 0.97, "{}", best.error);
 
-    assert!(Analysis::new(&outcome, &face, &Question::default(), &|| true).is_none(), "stopped");
+    assert!(Analysis::new(&outcome, &[], &face, &Question::default(), &|| true).is_none(), "stopped");
     outcome.field.force.fill(Vector3::zeros());
-    assert_eq!(Analysis::new(&outcome, &face, &Question::default(), &|| false).unwrap().unwrap_err(), Nothing::NoForce);
+    assert_eq!(
+        Analysis::new(&outcome, &[], &face, &Question::default(), &|| false).unwrap().unwrap_err(),
+        Nothing::NoForce
+    );
     outcome.states.fill(VertexState::Inferred);
     assert_eq!(
-        Analysis::new(&outcome, &face, &Question::default(), &|| false).unwrap().unwrap_err(),
+        Analysis::new(&outcome, &[], &face, &Question::default(), &|| false).unwrap().unwrap_err(),
         Nothing::NoSamples
     );
 }

@@ -1,11 +1,14 @@
 //! The forces that a fit may use: vertices whose force can be believed, each with its standard error.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use super::Outcome;
 use crate::displacement::VertexState;
 use crate::face::FaceModel;
 use crate::fit::Sample;
+use crate::forces::Cause;
 
 /// Which vertices a fit uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -81,6 +84,13 @@ impl Samples {
             }
         }
         all
+    }
+
+    /// Causes of error by vertices, as causes by samples.
+    pub fn causes(&self, by_vertex: &[Cause]) -> Vec<Cause> {
+        let place: BTreeMap<u32, u32> = self.vertices.iter().copied().zip(0..).collect();
+        let one = |cause: &Cause| cause.iter().filter_map(|(v, f)| Some((*place.get(v)?, *f))).collect();
+        by_vertex.iter().map(one).filter(|cause: &Cause| !cause.is_empty()).collect()
     }
 
     /// Number of samples.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 
-use super::{Outcome, Peak, Warning, Workspace, solve};
+use super::{Outcome, Peak, Warning, Workspace, error_causes, solve};
 use crate::camera::{Camera, RigidMotion, Scale};
 use crate::displacement::regularised::WeightRule;
 use crate::displacement::{DepthRule, UnmarkedRule, VertexState};
@@ -384,6 +384,28 @@ fn a_regularised_field_is_nearer_to_the_truth_and_says_how_near() {
     }
     ratios.sort_by(f64::total_cmp);
     assert!((0.4..1.3).contains(&ratios[30]), "{ratios:?}");
+}
+
+/// The causes of the errors add up to the standard errors of the measured forces.
+#[test]
+fn the_causes_of_errors_add_up_to_the_standard_errors() {
+    let face = face();
+    let mut p = project(&face);
+    mark_all(&mut p, &face, |_| true);
+    for way in [FieldWay::Direct, FieldWay::Regularised { weight: WeightRule::Discrepancy }] {
+        p.settings.field = way;
+        let outcome = run(&p, &face);
+        let causes = error_causes(&p, &face, SIZE);
+        let mut squares = vec![0.0; face.mesh().len()];
+        for (v, force) in causes.iter().flatten() {
+            squares[*v as usize] += force.norm_squared();
+        }
+        let (_, sigma) = outcome.measured();
+        assert!(sigma.iter().filter(|s| **s > 0.0).count() > 10);
+        for (square, sigma) in squares.iter().zip(sigma) {
+            assert!((square.sqrt() - sigma).abs() <= 1e-9 * sigma.max(1e-6), "{way:?}: {} {sigma}", square.sqrt());
+        }
+    }
 }
 
 #[test]

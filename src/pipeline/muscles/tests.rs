@@ -256,6 +256,22 @@ fn a_fit_of_muscles_is_given_up_when_it_is_told_to() {
     }
 }
 
+/// Fits go on from the measured forces, and so the causes of errors are theirs.
+#[test]
+fn the_causes_of_errors_are_those_of_the_measured_forces() {
+    let mut posed = posed(&BROW_RAISE);
+    posed.project.settings.field = WAY(LawKind::Anatomical, None);
+    let outcome = solve(&posed, posed.project.settings.field);
+    let sigma = &outcome.muscles.as_ref().unwrap().measured_sigma;
+    let mut squares = vec![0.0; sigma.len()];
+    for (v, force) in pipeline::error_causes(&posed.project, &posed.face, [1036, 1036]).iter().flatten() {
+        squares[*v as usize] += force.norm_squared();
+    }
+    for (square, sigma) in squares.iter().zip(sigma) {
+        assert!((square.sqrt() - sigma).abs() <= 1e-9 * sigma.max(1e-6), "{} {sigma}", square.sqrt());
+    }
+}
+
 #[test]
 fn muscles_that_the_marks_cannot_feel_are_not_asked_for() {
     let posed = posed(&BROW_RAISE);
