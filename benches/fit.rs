@@ -8,11 +8,14 @@ use std::fmt::Write;
 use std::path::Path;
 use std::time::Instant;
 
+use frontalis::displacement::regularised::WeightRule;
 use frontalis::draw::line_chart::{Axis, COLOURS, HEADING, LineChart, Series, Style, Value, sheet};
 use frontalis::draw::svg;
-use frontalis::face;
+use frontalis::face::{self, FaceModel};
 use frontalis::fit::{Compare, LawFitOptions, Method, compare_laws, fit_law};
 use frontalis::muscle::{LawKind, MuscleLaw};
+use frontalis::project::FieldWay;
+use frontalis::study::law_marks::MarkedForehead;
 use frontalis::study::law_trial::{
     Coverage, Recovery, Scene, SweepRow, TOLERANCES, coverage, methods, recovery, sweep, truths, with_noise,
     within_factor,
@@ -121,6 +124,7 @@ fn trials(draws: usize, folder: &Path) -> Anything {
         }
         println!("intervals: {}", law.label());
     }
+    let marked = of_marks(&generic, draws)?;
     let law = MuscleLaw::default_of(LawKind::Anatomical);
     let starts = draws.min(50) as u64;
     let sweeps = [0.0, 0.1].map(|noise| (noise, sweep(&scene, &law, noise, starts, 9)));
@@ -128,7 +132,7 @@ fn trials(draws: usize, folder: &Path) -> Anything {
     std::fs::write(folder.join("fit_recovery.csv"), recovery_csv(&recoveries))?;
     std::fs::write(folder.join("fit_coverage.csv"), coverage_csv(&coverages))?;
     std::fs::write(folder.join("fit_sweep.csv"), sweep_csv(&sweeps))?;
-    std::fs::write(folder.join("fit.md"), reading(&recoveries, &coverages))?;
+    std::fs::write(folder.join("fit.md"), reading(&recoveries, &coverages) + &marked)?;
     let chart = chart(&sweeps, starts);
     std::fs::write(folder.join("fit.svg"), &chart)?;
     svg::paint(&chart, 1.0)?.save(folder.join("fit.png"))?;
@@ -222,6 +226,31 @@ fn reading(recoveries: &[(&str, Recovery)], coverages: &[Coverage]) -> String {
         );
     }
     text
+}
+
+/// Intervals on forces measured by marks, as a table of the document: with the causes of the errors, and as if these were independent.
+fn of_marks(generic: &FaceModel, draws: usize) -> Result<String, String> {
+    let mut text = String::from(
+        "\n| law | field | marking error | draws | no fit | shape: together / independent | strengths |\n|---|---|---|---|---|---|---|\n",
+    );
+    let weight = WeightRule::Discrepancy;
+    let laws: Vec<MuscleLaw> = LawKind::ALL.map(MuscleLaw::default_of).to_vec();
+    for way in [FieldWay::Direct, FieldWay::Regularised { weight }] {
+        for px in [0.1, 0.3, 1.0] {
+            for c in MarkedForehead::new(generic, way, px)?.coverage(&laws, draws) {
+                let [shape, strengths] =
+                    [c.shape, c.strengths].map(|[a, b]| format!("{:.1} / {:.1} %", 100.0 * a, 100.0 * b));
+                let (way, label) = (way.label(), &c.label);
+                let _ = writeln!(
+                    text,
+                    "| {label} | {way} | {px} px | {} | {} | {shape} | {strengths} |",
+                    c.draws, c.failed
+                );
+            }
+            println!("intervals on marked fields: {}, {px} px", way.label());
+        }
+    }
+    Ok(text)
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {

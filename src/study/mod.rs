@@ -14,6 +14,7 @@ pub mod face_fit;
 pub mod journal;
 pub mod kind;
 pub mod ladder;
+pub mod law_marks;
 pub mod law_trial;
 pub mod laws;
 pub mod machine;

@@ -40,10 +40,12 @@ fn parameters(ui: &mut Ui, shown: &Shown<'_>) {
                     let why = if p.at_bound { "at its limit" } else { "not identified" };
                     ui.colored_label(ui.visuals().warn_fg_color, format!("{words} {interval}, {why}"))
                 };
-                label.on_hover_text(format!(
-                    "{}; 95 % interval. Errors of neighbours are alike, so that it is too narrow.",
-                    p.label
-                ));
+                let errors = if fit.together {
+                    "with the errors that neighbours share."
+                } else {
+                    "as if neighbours shared no errors: too narrow."
+                };
+                label.on_hover_text(format!("{}; 95 % interval, {errors}", p.label));
             }
         }
         Err(failed) => _ = ui.colored_label(ui.visuals().warn_fg_color, sentence(&failed.to_string())),
