@@ -47,6 +47,11 @@ pub fn jaw(face: &FaceModel, rest: &[Point3<f64>], carry: &Carry) -> (Jaw, Optio
     (Jaw { centre: carry.there(JOINTS.into()), axis: Vector3::x_axis(), weights: harmonic(mesh, &fixed) }, note)
 }
 
+/// The jaw of a face at rest; none where a landmark is missing that says where it is ([`super::places::NEEDED`]).
+pub fn jaw_of(face: &FaceModel, rest: &[Point3<f64>]) -> Option<Jaw> {
+    Some(jaw(face, rest, &Carry::onto(face, rest).ok()?).0)
+}
+
 /// The middles of the upper and the lower lip's edge on the opening of the mouth.
 fn lips(face: &FaceModel, rest: &[Point3<f64>]) -> Option<[Vec<u32>; 2]> {
     let at = |id: &str| face.landmark(id).map(|l| rest[l.vertex as usize]);

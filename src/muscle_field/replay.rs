@@ -98,7 +98,7 @@ impl Replay {
         }
         let mesh = face.mesh();
         let (fixed, settings) = (held_by(project, face, &outcome.first), &project.settings);
-        let mut rest = SkinAtRest::new(mesh, &outcome.first, &fixed, &settings.skin_spec())?;
+        let mut rest = SkinAtRest::new(mesh, &outcome.first, &fixed, None, &settings.skin_spec())?;
         let normals = mesh.vertex_normals(&outcome.first);
         let mut simulated = |loads: Vec<Vector3<f64>>| -> Result<Simulated, ReplayError> {
             let found = rest.solve(loads, &outcome.first).map_err(RestError::from)?;

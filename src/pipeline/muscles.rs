@@ -8,8 +8,9 @@ use std::collections::BTreeMap;
 use nalgebra::{DVector, Point2, Point3, Vector3};
 
 use self::discrepancy::{Alone, Completed, complete};
-use self::motion::{Found, Seen, find, together};
+use self::motion::{Body, Found, Seen, find, together};
 use super::{CustomizeInput, Kept, Outcome, Warning, kept, stages};
+use crate::expression::jaw::{WIDEST_DEG, jaw_of};
 use crate::expression::{Actuator, held, tractions};
 use crate::face::{FaceModel, Mesh};
 use crate::fit::design::Design;
@@ -27,6 +28,8 @@ pub struct MuscleForces {
     pub law: LawKind,
     /// Those that pull, in the order of the face's actuators.
     pub pulling: Vec<Pulling>,
+    /// How far the jaw is open; absent where the points do not feel it, or the face has none.
+    pub jaw: Option<JawOpen>,
     /// Muscles among which they were chosen: those that the points can tell anything of.
     pub among: usize,
     /// Share of the points' motion (its squares in the picture, head motion left out) that they explain.
@@ -59,6 +62,15 @@ pub struct Pulling {
     pub strength_n: f64,
     /// How far it alone moves the points, root mean square, px.
     pub moves_px: f64,
+}
+
+/// How far the jaw is open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JawOpen {
+    /// Its angle, degrees; 0 is shut.
+    pub deg: f64,
+    /// 95 % interval of the angle.
+    pub between: [f64; 2],
 }
 
 /// The pulls on the skin that are of no muscle, or of a muscle that does not pull as its law says.
@@ -157,8 +169,9 @@ pub(super) fn explain(
     let first = outcome.first.clone();
     let input = RestInput { held: held_by(project, face, &first), spec: project.settings.skin_spec(), first };
     let rest = kept(&mut ready.rest, input, |input| {
+        let jaw = jaw_of(face, &input.first);
         let mut rest =
-            SkinAtRest::new(face.mesh(), &input.first, &input.held, &input.spec).map_err(|why| why.to_string())?;
+            SkinAtRest::new(face.mesh(), &input.first, &input.held, jaw, &input.spec).map_err(|why| why.to_string())?;
         rest.within(REST_MM);
         Ok(rest)
     });
@@ -190,16 +203,18 @@ pub(super) fn explain(
     let (law, mut tried) = nearest.ok_or(why)?;
     let mut chosen = None;
     if let Some(most) = way.most {
-        let few = fewest(&tried.found, &seen, &outcome.first, most).map_err(|why| why.to_string())?;
+        let few = fewest(&tried, &seen, &outcome.first, most).map_err(|why| why.to_string())?;
         let from = Some((tried.found.activations.clone(), &tried.found.positions[..]));
-        tried.found = find(rest, &tried.loads, &seen, Some(&few), from, &outcome.first).ok_or(NO_REST)?;
+        let body = &mut Body { rest, jaw: tried.jaw() };
+        tried.found = find(body, &tried.loads, &seen, Some(&few), from, &outcome.first).ok_or(NO_REST)?;
         chosen = Some(few);
     }
     let whole = if way.alone {
         None
     } else {
         let alone = Alone { loads: &tried.loads, found: &tried.found, allowed: chosen.as_deref() };
-        let whole = complete(rest, face.mesh(), &outcome.first, &seen, &alone, stop);
+        let body = &mut Body { rest, jaw: tried.jaw() };
+        let whole = complete(body, face.mesh(), &outcome.first, &seen, &alone, stop);
         whole.map_err(|why| outcome.warnings.push(Warning::NothingBesides { why })).ok()
     };
     let (force, sigma, muscles) = said(outcome, face, rest, &seen, law, &tried, whole).ok_or(NO_REST)?;
@@ -219,13 +234,13 @@ pub(super) fn explain(
 /// One law's muscles.
 struct Tried<'a> {
     felt: Vec<&'a Actuator>,
-    /// What each puts on every vertex at full strength, N.
+    /// What each puts on every vertex at full strength, N; then, where the points feel it, the jaw, which puts nothing there ([`Body::jaw`]).
     loads: Vec<Vec<Vector3<f64>>>,
     found: Found,
 }
 
 impl<'a> Tried<'a> {
-    /// Fits the muscles of one law, from what another law's muscles come near with.
+    /// Fits the muscles of one law, and the jaw, from what another law's muscles come near with.
     fn new(
         rest: &mut SkinAtRest,
         all: &'a [Actuator],
@@ -233,22 +248,34 @@ impl<'a> Tried<'a> {
         near: Option<&Tried<'_>>,
         first: &[Point3<f64>],
     ) -> Result<Self, String> {
-        let loads: Vec<Vec<Vector3<f64>>> = all.iter().map(|a| dense(a, first.len())).collect();
-        let shares = seen.felt(rest, &loads, first).ok_or(NO_REST)?;
-        let pairs = all.iter().zip(loads).zip(shares);
-        let (felt, loads): (Vec<&Actuator>, Vec<_>) = pairs.filter(|(_, s)| *s >= FELT).map(|(pair, _)| pair).unzip();
+        let mut loads: Vec<Vec<Vector3<f64>>> = all.iter().map(|a| dense(a, first.len())).collect();
+        let jaw = rest.has_jaw().then_some(all.len());
+        loads.extend(jaw.map(|_| vec![Vector3::zeros(); first.len()]));
+        let shares = seen.felt(&mut Body { rest, jaw }, &loads, first).ok_or(NO_REST)?;
+        let felt: Vec<&Actuator> = all.iter().zip(&shares).filter(|(_, s)| **s >= FELT).map(|(a, _)| a).collect();
+        let loads: Vec<Vec<Vector3<f64>>> =
+            loads.into_iter().zip(shares).filter(|(_, s)| *s >= FELT).map(|(load, _)| load).collect();
         if felt.is_empty() {
             return Err("no muscle moves a marked point".to_owned());
         }
         let start = near.map(|other| {
-            let of = |actuator: &&Actuator| {
-                let same = other.felt.iter().position(|a| a.id == actuator.id);
-                same.map_or(0.0, |j| other.found.activations[j])
+            let of = |j: usize| {
+                let same = match felt.get(j) {
+                    Some(actuator) => other.felt.iter().position(|a| a.id == actuator.id),
+                    None => other.jaw(),
+                };
+                same.map_or(0.0, |k| other.found.activations[k])
             };
-            (DVector::from_iterator(felt.len(), felt.iter().map(of)), &other.found.positions[..])
+            (DVector::from_iterator(loads.len(), (0..loads.len()).map(of)), &other.found.positions[..])
         });
-        let found = find(rest, &loads, seen, None, start, first).ok_or(NO_REST)?;
+        let body = &mut Body { rest, jaw: (loads.len() > felt.len()).then_some(felt.len()) };
+        let found = find(body, &loads, seen, None, start, first).ok_or(NO_REST)?;
         Ok(Self { felt, loads, found })
+    }
+
+    /// The jaw's column.
+    fn jaw(&self) -> Option<usize> {
+        (self.loads.len() > self.felt.len()).then_some(self.felt.len())
     }
 }
 
@@ -275,14 +302,16 @@ fn dense(actuator: &Actuator, vertices: usize) -> Vec<Vector3<f64>> {
     newton
 }
 
-/// The smallest set of muscles by the motion of the points, made linear where all of them were fitted ([`smallest_set`]).
+/// The smallest set of muscles by the motion of the points, made linear where all of them were fitted ([`smallest_set`]); the jaw stays where it is,
+/// and is no muscle.
 fn fewest(
-    found: &Found,
+    tried: &Tried<'_>,
     seen: &Seen<'_>,
     first: &[Point3<f64>],
     most: u8,
 ) -> Result<Vec<bool>, crate::fit::design::DesignError> {
-    let aim = &found.off + &found.slopes * &found.activations;
+    let (found, muscles) = (&tried.found, tried.felt.len());
+    let aim = &found.off + found.slopes.columns(0, muscles) * found.activations.rows(0, muscles);
     // Two coordinates of the picture as a vector that has none across it; the standard error of a vector of two.
     let at = |v: &nalgebra::DVector<f64>, k: usize, sigma: f64| Vector3::new(v[2 * k], v[2 * k + 1], 0.0) * sigma;
     let sample = |(k, &(v, _, sigma)): (usize, &(usize, Point2<f64>, f64))| Sample {
@@ -293,14 +322,14 @@ fn fewest(
     };
     let samples: Vec<Sample> = seen.points().iter().enumerate().map(sample).collect();
     let mut design = Design::new(&samples, Compare::Tangential)?;
-    for slope in found.slopes.column_iter() {
+    for slope in found.slopes.column_iter().take(muscles) {
         let column = slope.into_owned();
         design.add(seen.points().iter().enumerate().map(|(k, point)| at(&column, k, point.2)));
     }
     let positions: Vec<Point3<f64>> = samples.iter().map(|s| s.position).collect();
     let settings = SelectionSettings { most: most.into(), noise: Noise::Estimated, ..SelectionSettings::default() };
     let chosen = smallest_set(&design, &positions, &settings).chosen;
-    Ok((0..found.activations.len()).map(|j| chosen.contains(&j)).collect())
+    Ok((0..found.activations.len()).map(|j| j >= muscles || chosen.contains(&j)).collect())
 }
 
 /// Variance of a force by what the mesh misses ([`OF_MESH`]), N².
@@ -320,7 +349,7 @@ fn said(
     tried: &Tried<'_>,
     whole: Option<Completed>,
 ) -> Option<(Vec<Vector3<f64>>, Vec<f64>, MuscleForces)> {
-    let (n, Tried { felt, loads, found }) = (outcome.first.len(), tried);
+    let (n, jaw, Tried { felt, loads, found }) = (outcome.first.len(), tried.jaw(), tried);
     let degrees = |activations: &DVector<f64>| {
         let pulls = activations.iter().filter(|a| **a > 0.0).count();
         (2 * seen.len()).saturating_sub(pulls).max(1) as f64
@@ -365,13 +394,21 @@ fn said(
     };
     let sigma: Vec<f64> = (0..n).map(sigma).collect();
     let t = student::two_sided_95(None);
-    let pulling = felt.iter().enumerate().filter(|(j, _)| whole.activations[*j] > 0.0).map(|(j, actuator)| {
+    let between = |j: usize| {
         let (a, error) = (whole.activations[j], widened * errors.of_activation(j));
+        [(a - t * error).max(0.0), a + t * error]
+    };
+    let jaw = jaw.map(|j| JawOpen {
+        deg: WIDEST_DEG * whole.activations[j],
+        between: between(j).map(|a| WIDEST_DEG * a.min(1.0)),
+    });
+    let pulling = felt.iter().enumerate().filter(|(j, _)| whole.activations[*j] > 0.0).map(|(j, actuator)| {
+        let a = whole.activations[j];
         Pulling {
             id: actuator.id.clone(),
             name: actuator.label(),
             activation: a,
-            between: [(a - t * error).max(0.0), a + t * error],
+            between: between(j),
             strength_n: a * actuator.strength_n,
             moves_px: seen.rms_px(|row| a * found.slopes[(row, j)]),
         }
@@ -391,6 +428,7 @@ fn said(
     let muscles = MuscleForces {
         law,
         pulling,
+        jaw,
         among: felt.len(),
         explained,
         left_px,

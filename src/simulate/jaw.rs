@@ -54,3 +54,22 @@ impl Pose {
         self.turns.get(i).map_or(*v, |t| t.inverse() * v)
     }
 }
+
+/// Two poses of the bones.
+#[derive(Debug)]
+pub(super) struct Carried<'a> {
+    pub(super) now: &'a Pose,
+    pub(super) then: Pose,
+}
+
+impl Carried<'_> {
+    /// A place on the bone of a vertex, carried from now to then.
+    pub(super) fn place(&self, i: usize, p: &Point3<f64>) -> Point3<f64> {
+        self.then.moved(i, &self.now.back(i, p))
+    }
+
+    /// A vector there, turned from then to now.
+    pub(super) fn back(&self, i: usize, v: &Vector3<f64>) -> Vector3<f64> {
+        self.now.turned(i, &self.then.turned_back(i, v))
+    }
+}

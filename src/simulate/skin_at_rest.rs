@@ -2,7 +2,9 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{Equilibrium, EquilibriumSolver, MembraneSolver, OutOfMemory, SkinLaw, System, SystemError, SystemOptions};
+use super::{
+    Equilibrium, EquilibriumSolver, Jaw, MembraneSolver, OutOfMemory, SkinLaw, System, SystemError, SystemOptions,
+};
 use crate::face::Mesh;
 use crate::forces::{Membrane, Skin, SkinSpec};
 
@@ -13,6 +15,9 @@ pub struct SkinAtRest {
     skin: Skin,
     solver: Solver,
 }
+
+/// The jaw is opened by this angle, rad, for what a small opening does: a tenth of a millimetre at the chin.
+const OPENED_RAD: f64 = 1e-3;
 
 /// By the model of the skin.
 #[derive(Debug)]
@@ -33,11 +38,17 @@ pub enum RestError {
 }
 
 impl SkinAtRest {
-    /// The skin of a mesh at rest at `rest` (mm); `fixed` vertices stay on their bone, the others slide over the skull.
+    /// The skin of a mesh at rest at `rest` (mm); `fixed` vertices stay on their bone, the others slide over the skull. Without a jaw no bone moves.
     ///
     /// # Errors
     /// [`RestError`].
-    pub fn new(mesh: &Mesh, rest: &[Point3<f64>], fixed: &[bool], spec: &SkinSpec) -> Result<Self, RestError> {
+    pub fn new(
+        mesh: &Mesh,
+        rest: &[Point3<f64>],
+        fixed: &[bool],
+        jaw: Option<Jaw>,
+        spec: &SkinSpec,
+    ) -> Result<Self, RestError> {
         let options = SystemOptions {
             law: SkinLaw::Table(spec.curve.clone()),
             spring_rule: spec.rule,
@@ -45,7 +56,7 @@ impl SkinAtRest {
             pre_tension_kpa: 0.0,
             ..SystemOptions::default()
         };
-        let system = System::new(mesh, rest, fixed, None, options)?;
+        let system = System::new(mesh, rest, fixed, jaw, options)?;
         let skin = Skin::new(mesh, rest, spec);
         let solver = match skin.membrane() {
             None => Solver::Springs(Box::new(EquilibriumSolver::new(&system)?)),
@@ -70,6 +81,32 @@ impl SkinAtRest {
             Solver::Springs(solver) => solver.tolerance_mm = tolerance_mm,
             Solver::Membrane(both) => both.1.tolerance_mm = tolerance_mm,
         }
+    }
+
+    /// Whether a bone of it moves.
+    pub fn has_jaw(&self) -> bool {
+        self.system.has_jaw()
+    }
+
+    /// Opens the jaw by an angle, rad; nothing happens without one.
+    pub fn open_jaw(&mut self, angle_rad: f64) {
+        self.system.open_jaw(angle_rad);
+    }
+
+    /// What an opening of the jaw does to an equilibrium `x` under these forces (N on every vertex), per rad: how far the bones carry every vertex, mm,
+    /// and the forces that then are left, N, turned back with them; what these move ([`Self::moved`]) comes on top. None without a jaw.
+    pub fn opening(&self, loads: &[Vector3<f64>], x: &[Point3<f64>]) -> Option<[Vec<Vector3<f64>>; 2]> {
+        let carried = self.system.carried_further(OPENED_RAD)?;
+        let there: Vec<Point3<f64>> = x.iter().enumerate().map(|(i, p)| carried.place(i, p)).collect();
+        let all = vec![true; x.len()];
+        let mut needed = [Vec::new(), Vec::new()];
+        for (needed, x) in needed.iter_mut().zip([x, &there]) {
+            self.skin.muscle_forces(x, &all, needed);
+        }
+        let [now, then] = needed;
+        let left = |i: usize| (carried.back(i, &(loads[i] - then[i])) - (loads[i] - now[i])) / OPENED_RAD;
+        let way = x.iter().zip(&there).map(|(p, q)| (q - p) / OPENED_RAD);
+        Some([way.collect(), (0..x.len()).map(left).collect()])
     }
 
     /// The equilibrium under these forces (N on every vertex), looked for from a start.
@@ -135,7 +172,7 @@ mod tests {
             thickness_mm: 1.5,
             curve: StressStrainCurve::default(),
         };
-        let mut skin = SkinAtRest::new(face.mesh(), rest, &face.mesh().on_border(), &spec).unwrap();
+        let mut skin = SkinAtRest::new(face.mesh(), rest, &face.mesh().on_border(), None, &spec).unwrap();
         skin.within(1e-9);
         let x = skin.solve(loads.clone(), rest).unwrap().positions;
         let moved = skin.moved(loads.clone(), &x, std::slice::from_ref(&change)).unwrap().remove(0);
@@ -149,5 +186,39 @@ mod tests {
         let off = |v: usize| ((up[v] - down[v]) / (2.0 * h) - moved[v]).norm();
         let worst = (0..rest.len()).map(off).fold(0.0, f64::max);
         assert!(largest > 1.0 && worst < 0.01 * largest, "{worst} of {largest}");
+    }
+
+    /// What an opening of the jaw does is the difference of two equilibria, by central differences, from a jaw that is open already.
+    #[test]
+    fn an_opening_of_the_jaw_moves_the_skin_as_differences_of_equilibria_do() {
+        let face = face::generic();
+        let rest = face.mesh().positions();
+        // The chin goes with the jaw, the forehead stays, and between it goes in part.
+        let weights = rest.iter().map(|p| ((-20.0 - p.y) / 60.0).clamp(0.0, 1.0)).collect();
+        let jaw = Jaw { centre: Point3::new(0.0, -18.0, -70.0), axis: Vector3::x_axis(), weights };
+        for model in SkinModel::ALL {
+            let spec =
+                SkinSpec { model, rule: SpringRule::default(), thickness_mm: 1.5, curve: StressStrainCurve::default() };
+            let fixed = face.mesh().on_border();
+            let mut skin = SkinAtRest::new(face.mesh(), rest, &fixed, Some(jaw.clone()), &spec).unwrap();
+            assert!(skin.has_jaw());
+            skin.within(1e-9);
+            let still = vec![Vector3::zeros(); rest.len()];
+            let mut at = |rad: f64, from: &[Point3<f64>]| {
+                skin.open_jaw(rad);
+                skin.solve(still.clone(), from).unwrap().positions
+            };
+            let (angle, h) = (0.1, 1e-3);
+            let x = at(angle, rest);
+            let (up, down) = (at(angle + h, &x), at(angle - h, &x));
+            skin.open_jaw(angle);
+            let [carried, left] = skin.opening(&still, &x).unwrap();
+            let moved = skin.moved(still.clone(), &x, std::slice::from_ref(&left)).unwrap().remove(0);
+            let off = |v: usize| ((up[v] - down[v]) / (2.0 * h) - moved[v] - carried[v]).norm();
+            let worst = (0..rest.len()).map(off).fold(0.0, f64::max);
+            let largest = carried.iter().map(Vector3::norm).fold(0.0, f64::max);
+            let slid = moved.iter().map(Vector3::norm).fold(0.0, f64::max);
+            assert!(largest > 60.0 && slid > 5.0 && worst < 0.03 * largest, "{model:?}: {worst} of {largest}, {slid}");
+        }
     }
 }

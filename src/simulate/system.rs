@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::jaw::{Jaw, Pose};
+use super::jaw::{Carried, Jaw, Pose};
 use super::options::{Hold, SystemError, SystemOptions, check};
 use super::repulsion::{Repulsion, Wedge};
 use super::skin_law::{SkinLaw, Spring};
@@ -187,6 +187,11 @@ impl System {
         self.changes
     }
 
+    /// Whether there is a jaw.
+    pub fn has_jaw(&self) -> bool {
+        self.jaw.is_some()
+    }
+
     /// The angle of the jaw, rad.
     pub fn jaw_rad(&self) -> f64 {
         self.jaw_rad
@@ -195,6 +200,13 @@ impl System {
     /// Every vertex where its bone carries it from rest: a start for an equilibrium with an open jaw.
     pub fn carried(&self) -> Vec<Point3<f64>> {
         self.rest.iter().enumerate().map(|(i, p)| self.pose.moved(i, p)).collect()
+    }
+
+    /// Places on the bones as these would carry them if the jaw opened by so much more, rad, and vectors there turned back with them; none without
+    /// a jaw.
+    pub(super) fn carried_further(&self, by_rad: f64) -> Option<Carried<'_>> {
+        let jaw = self.jaw.as_ref()?;
+        Some(Carried { now: &self.pose, then: Pose::of(jaw, self.jaw_rad + by_rad) })
     }
 
     /// Coordinates in which a free vertex can move: 2 over the skull, else 3.

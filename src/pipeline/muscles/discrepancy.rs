@@ -8,10 +8,10 @@
 use faer::{Mat, Side};
 use nalgebra::{DMatrix, DVector, Point3, Vector3};
 
-use super::motion::{Errors, Found, Seen, USUAL, believed, covariance, together};
+use super::motion::{Body, Errors, Found, Seen, USUAL, believed, covariance, together};
 use crate::face::Mesh;
 use crate::fit::non_negative::{self, NormalEquations};
-use crate::simulate::{Ended, SkinAtRest};
+use crate::simulate::Ended;
 
 /// The discrepancies of two places are alike with e^(−d²/2ℓ²), mm: an edge of the generic face. Longer ones left error bars too short.
 const ALIKE_MM: f64 = 8.0;
@@ -233,13 +233,13 @@ struct Linear {
 impl Linear {
     /// At `now`, where the vertices are at `x` and the points are `off`; the first `muscles` columns (N on every vertex) are muscles.
     fn new(
-        rest: &mut SkinAtRest,
+        body: &mut Body<'_>,
         seen: &Seen<'_>,
         columns: &[Vec<Vector3<f64>>],
         muscles: usize,
         (now, x, off): (&DVector<f64>, &[Point3<f64>], &DVector<f64>),
     ) -> Option<Self> {
-        let moved = rest.moved(together(columns, now), x, columns)?;
+        let moved = body.moved(columns, now, x)?;
         let slopes = seen.motion(x, &moved);
         let split = Split::new(&seen.normal(&slopes, &(off + &slopes * now)), muscles)?;
         Some(Self { moved, slopes, split })
@@ -266,7 +266,7 @@ pub(super) struct Alone<'a> {
 /// # Errors
 /// Why there is nothing: no muscle pulls, the skin finds no rest, or `stop` says so.
 pub(super) fn complete(
-    rest: &mut SkinAtRest,
+    body: &mut Body<'_>,
     mesh: &Mesh,
     first: &[Point3<f64>],
     seen: &Seen<'_>,
@@ -275,7 +275,7 @@ pub(super) fn complete(
 ) -> Result<Completed, &'static str> {
     let Alone { loads, found, allowed } = *muscles;
     let pulls = together(loads, &found.activations);
-    let fields = fields(mesh, first, rest.free(), seen, &pulls);
+    let fields = fields(mesh, first, body.rest.free(), seen, &pulls);
     if fields.is_empty() {
         return Err("no muscle pulls");
     }
@@ -283,7 +283,7 @@ pub(super) fn complete(
     let columns = [loads, &fields].concat();
     let mut now = found.activations.clone().resize_vertically(m + q, 0.0);
     let (mut x, mut off) = (found.positions.clone(), found.off.clone());
-    let mut linear = Linear::new(rest, seen, &columns, m, (&now, &x, &off)).ok_or(NO_REST)?;
+    let mut linear = Linear::new(body, seen, &columns, m, (&now, &x, &off)).ok_or(NO_REST)?;
     let mut solved = linear.split.solve(&found.activations, allowed).ok_or(NO_STRENGTHS)?;
     let cost = |off: &DVector<f64>, all: &DVector<f64>, share: f64| {
         seen.square(off) + 2.0 * all.rows(0, m).sum() / USUAL + all.rows(m, q).norm_squared() / (share * share)
@@ -302,7 +302,7 @@ pub(super) fn complete(
         let mut gained = 0.0;
         for _ in 0..HALVINGS {
             let trial = &now + &way * part;
-            let there = rest.solve(together(&columns, &trial), &x).map_err(|_| NO_REST)?;
+            let there = body.solve(&columns, &trial, &x).ok_or(NO_REST)?;
             let left = seen.off(&there.positions);
             let gain = lowest - cost(&left, &trial, share);
             if there.ended == Ended::Converged && gain >= 0.0 {
@@ -317,7 +317,7 @@ pub(super) fn complete(
         }
         fresh = !followed;
         if fresh {
-            linear = Linear::new(rest, seen, &columns, m, (&now, &x, &off)).ok_or(NO_REST)?;
+            linear = Linear::new(body, seen, &columns, m, (&now, &x, &off)).ok_or(NO_REST)?;
         } else {
             let (moment, square) = seen.moments(&linear.slopes, &(&off + &linear.slopes * &now));
             linear.split.aim(&moment, square);

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector, Matrix2x6, Point2, Point3, Vector3};
 
 use crate::camera::head_motion::motion_slope;
 use crate::camera::{Camera, HeadMotion};
+use crate::expression::jaw::WIDEST_DEG;
 use crate::fit::non_negative::{self, NormalEquations};
 use crate::simulate::{Ended, Equilibrium, SkinAtRest};
 
@@ -109,15 +110,15 @@ impl<'a> Seen<'a> {
         all
     }
 
-    /// Of each muscle, how far its pull in the skin at rest moves the point that it moves most, as a share of how far it moves any vertex; none
+    /// Of each column, how far it moves, from the skin at rest, the point that it moves most, as a share of how far it moves any vertex; none
     /// where the skin has no stiffness there.
     pub(super) fn felt(
         &self,
-        rest: &mut SkinAtRest,
+        body: &mut Body<'_>,
         loads: &[Vec<Vector3<f64>>],
         first: &[Point3<f64>],
     ) -> Option<Vec<f64>> {
-        let moved = rest.moved(vec![Vector3::zeros(); first.len()], first, loads)?;
+        let moved = body.moved(loads, &DVector::zeros(loads.len()), first)?;
         let furthest = |way: &mut dyn Iterator<Item = &Vector3<f64>>| way.map(Vector3::norm).fold(0.0, f64::max);
         let share = |moved: &Vec<Vector3<f64>>| {
             let all = furthest(&mut moved.iter());
@@ -157,6 +158,50 @@ impl<'a> Seen<'a> {
     }
 }
 
+/// The skin, and which of the columns that move it is the jaw.
+pub(super) struct Body<'a> {
+    pub(super) rest: &'a mut SkinAtRest,
+    /// The jaw's column holds no pulls, and its activation is its angle over the widest.
+    pub(super) jaw: Option<usize>,
+}
+
+impl Body<'_> {
+    fn open(&mut self, shares: &DVector<f64>) {
+        self.rest.open_jaw(self.jaw.map_or(0.0, |j| shares[j].min(1.0) * WIDEST_DEG.to_radians()));
+    }
+
+    /// The equilibrium under shares of the columns (N on every vertex), looked for from a start.
+    pub(super) fn solve(
+        &mut self,
+        columns: &[Vec<Vector3<f64>>],
+        shares: &DVector<f64>,
+        from: &[Point3<f64>],
+    ) -> Option<Equilibrium> {
+        self.open(shares);
+        self.rest.solve(together(columns, shares), from).ok()
+    }
+
+    /// How far every vertex goes from that equilibrium, mm, for the whole of each column; none where the skin has no stiffness there.
+    pub(super) fn moved(
+        &mut self,
+        columns: &[Vec<Vector3<f64>>],
+        shares: &DVector<f64>,
+        x: &[Point3<f64>],
+    ) -> Option<Vec<Vec<Vector3<f64>>>> {
+        self.open(shares);
+        let loads = together(columns, shares);
+        let Some(jaw) = self.jaw else { return self.rest.moved(loads, x, columns) };
+        let [carried, left] = self.rest.opening(&loads, x)?;
+        let mut columns = columns.to_vec();
+        columns[jaw] = left;
+        let mut moved = self.rest.moved(loads, x, &columns)?;
+        for (moved, carried) in moved[jaw].iter_mut().zip(carried) {
+            *moved = (*moved + carried) * WIDEST_DEG.to_radians();
+        }
+        Some(moved)
+    }
+}
+
 /// Activations, and the skin at rest under them.
 pub(super) struct Found {
     /// One a muscle, 0 and above.
@@ -184,7 +229,7 @@ pub(super) struct Found {
 /// adjoint, and errors need all of them), solves the non-negative least squares exactly, and goes there as far as lowers the cost. None where
 /// the skin finds no rest.
 pub(super) fn find(
-    rest: &mut SkinAtRest,
+    body: &mut Body<'_>,
     loads: &[Vec<Vector3<f64>>],
     seen: &Seen<'_>,
     allowed: Option<&[bool]>,
@@ -200,7 +245,7 @@ pub(super) fn find(
     let mut lowest = if started { f64::INFINITY } else { cost(&off, &a) };
     let mut step = 0;
     loop {
-        let moved = rest.moved(together(loads, &a), &x, loads)?;
+        let moved = body.moved(loads, &a, &x)?;
         let slopes = seen.motion(&x, &moved);
         let mut normal = seen.normal(&slopes, &(&off + &slopes * &a));
         normal.moment.add_scalar_mut(-1.0 / USUAL);
@@ -233,7 +278,7 @@ pub(super) fn find(
             } else {
                 x.clone()
             };
-            let found: Equilibrium = rest.solve(together(loads, &trial), &from).ok()?;
+            let found = body.solve(loads, &trial, &from)?;
             let there = seen.off(&found.positions);
             let now = cost(&there, &trial);
             if found.ended == Ended::Converged && now < lowest {

@@ -25,6 +25,11 @@ fn posed(pulls: &[(&str, f64)]) -> Posed {
 
 /// The same by the muscles of another face of this mesh, marked for the generic face.
 fn posed_by(pulls: &[(&str, f64)], puller: &FaceModel) -> Posed {
+    posed_with(pulls, puller, 0.0, face::generic().region("forehead_and_brows").to_vec())
+}
+
+/// The same with the jaw open, marked on these vertices.
+fn posed_with(pulls: &[(&str, f64)], puller: &FaceModel, jaw_deg: f64, marked: Vec<u32>) -> Posed {
     let face = face::generic();
     let mut project = Project::default();
     project.settings.skin_model = SkinModel::Membrane;
@@ -37,12 +42,14 @@ fn posed_by(pulls: &[(&str, f64)], puller: &FaceModel) -> Posed {
         actuator.add_loads(*activation, &mut loads);
     }
     let held = held_by(&project, &face, &before.first);
-    let mut rest = SkinAtRest::new(face.mesh(), &before.first, &held, &project.settings.skin_spec()).unwrap();
+    let jaw = jaw_of(&face, &before.first);
+    let mut rest = SkinAtRest::new(face.mesh(), &before.first, &held, jaw, &project.settings.skin_spec()).unwrap();
+    rest.open_jaw(jaw_deg.to_radians());
     let there = rest.solve(loads, &before.first).unwrap();
     assert_eq!(there.ended, crate::simulate::Ended::Converged);
     let mut force = Vec::new();
     rest.skin().muscle_forces(&there.positions, &vec![true; held.len()], &mut force);
-    for &v in face.region("forehead_and_brows").iter().filter(|v| !held[**v as usize]) {
+    for v in marked.into_iter().filter(|v| !held[*v as usize]) {
         let at = before.camera.image_from_face(&there.positions[v as usize]);
         let feature = Feature { last: Some(Mark::new([at.x, at.y])), ..Feature::default() };
         project.features.insert(v, feature);
@@ -270,6 +277,31 @@ fn the_causes_of_errors_are_those_of_the_measured_forces() {
     for (square, sigma) in squares.iter().zip(sigma) {
         assert!((square.sqrt() - sigma).abs() <= 1e-9 * sigma.max(1e-6), "{} {sigma}", square.sqrt());
     }
+}
+
+/// A jaw that opens under a pull at the corners of the mouth: both are found again from the lower face, and the jaw is not asked for by the brow.
+#[test]
+fn the_jaw_is_found_beside_the_muscles() {
+    let pulls = [("zygomaticus_major_left", 0.5), ("zygomaticus_major_right", 0.4)];
+    let generic = face::generic();
+    let rest = generic.mesh().positions();
+    let lower = (0..rest.len() as u32).filter(|v| rest[*v as usize].y < -5.0).collect();
+    let open = posed_with(&pulls, &generic, 8.0, lower);
+    let outcome = solve(&open, WAY(LawKind::Anatomical, None));
+    let found = outcome.muscles.as_ref().unwrap();
+    let jaw = found.jaw.unwrap();
+    assert!((jaw.deg - 8.0).abs() < 0.2 && jaw.between[0] <= 8.0 && 8.0 <= jaw.between[1], "{jaw:?}");
+    for (id, activation) in &open.pulls {
+        let one = found.pulling.iter().find(|p| p.id == *id).unwrap();
+        assert!((one.activation - activation).abs() < 0.05, "{one:?}");
+    }
+    let (error, covers) = error_and_coverage(&open, &outcome);
+    assert!(error < 0.1 && covers > 0.8 && found.misfit < 1.2, "{error} {covers} {}", found.misfit);
+    // The fewest muscles leave the jaw open.
+    let few = solve(&open, WAY(LawKind::Anatomical, Some(2))).muscles.unwrap();
+    assert!(few.pulling.len() <= 2 && (few.jaw.unwrap().deg - 8.0).abs() < 0.5, "{few:?}");
+    let brow = solve(&posed(&BROW_RAISE), WAY(LawKind::Anatomical, None));
+    assert_eq!(brow.muscles.unwrap().jaw, None);
 }
 
 #[test]
