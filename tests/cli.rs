@@ -739,6 +739,8 @@ fn a_chart_is_drawn_anew_from_a_table_or_some_of_its_parts() {
     assert_eq!(names(&out), set(&["chart.png", "chart.svg"]));
     let one = drawn(&["--part", "forces", "--noise", "1"]);
     assert!(one.contains("seed 1 · 1 runs") && !one.contains("law fitted"));
+    let unknown = refused(&["study", "accuracy", "--part", "force", "--out", text(&out)]);
+    assert!(unknown.contains("no part 'force'; its parts are: forces | forces, rough | "), "{unknown}");
     let none = refused(&["study", "chart", text(&table), "--part", "force", "--out", text(&out)]);
     assert!(none.contains("has no such rows; its parts are: forces | laws"), "{none}");
     fs::write(&table, "a,b\n1,2\n").unwrap();

@@ -33,11 +33,11 @@ enum Command {
     /// Compares the four muscle laws on fields that an artist made: laws.csv, laws.md.
     Laws(LawsArguments),
     /// Charts how near every method comes to the truth against the time it takes: accuracy.csv, .svg, .png, .md.
-    Accuracy(RunArguments),
+    Accuracy(PartsArguments),
     /// Measures the depth rules and the springs without marking errors, on artists' fields and on truths made here: truths.csv, truths.md.
     Truths(LawsArguments),
     /// Maps where each method fails, and what fails first: stability.csv, .svg, .png, .md.
-    Stability(RunArguments),
+    Stability(PartsArguments),
     /// Picks the cheapest way, mesh and number of muscles for an accuracy or a time, from twins of one face: ladder.csv, .svg, .png, .md.
     Ladder(LadderArguments),
     /// Draws the chart of a table anew, whole or some of its parts alone: chart.svg, chart.png.
@@ -67,6 +67,15 @@ struct RunArguments {
     /// Forget what was begun in the folder and start anew.
     #[arg(long)]
     restart: bool,
+}
+
+#[derive(Debug, clap::Args)]
+struct PartsArguments {
+    #[command(flatten)]
+    run: RunArguments,
+    /// Only this question of the study (its table's column `part`); may be given several times.
+    #[arg(long = "part", value_name = "PART")]
+    parts: Vec<String>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -111,17 +120,17 @@ const MM_PER_UNIT: f64 = 100.0;
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     match &arguments.command {
         Command::Laws(arguments) => laws(arguments),
-        Command::Accuracy(arguments) => study(Kind::Accuracy, arguments, Goals::default()),
-        Command::Ladder(arguments) => study(Kind::Ladder, &arguments.run, arguments.goals()),
+        Command::Accuracy(arguments) => study(Kind::Accuracy, &arguments.run, &arguments.parts, Goals::default()),
+        Command::Ladder(arguments) => study(Kind::Ladder, &arguments.run, &[], arguments.goals()),
         Command::Chart(arguments) => study_chart::run(arguments),
         Command::Truths(arguments) => truths(arguments),
-        Command::Stability(arguments) => study(Kind::Stability, arguments, Goals::default()),
-        Command::Scaling(arguments) => study(Kind::Scaling, arguments, Goals::default()),
+        Command::Stability(arguments) => study(Kind::Stability, &arguments.run, &arguments.parts, Goals::default()),
+        Command::Scaling(arguments) => study(Kind::Scaling, arguments, &[], Goals::default()),
     }
 }
 
 /// Runs a study, or goes on with one that was stopped, and writes its files.
-fn study(kind: Kind, arguments: &RunArguments, goals: Goals) -> Result<(), CliError> {
+fn study(kind: Kind, arguments: &RunArguments, parts: &[String], goals: Goals) -> Result<(), CliError> {
     let (face, subject) = match &arguments.project {
         None => (face::generic(), None),
         Some(path) => {
@@ -132,7 +141,8 @@ fn study(kind: Kind, arguments: &RunArguments, goals: Goals) -> Result<(), CliEr
         }
     };
     let options = Options { quick: arguments.quick, seeds: arguments.seeds, face, subject };
-    let plan = kind.plan(&options);
+    let mut plan = kind.plan(&options);
+    plan.only(parts).map_err(CliError::Question)?;
     // Sets what Ctrl-C does: it ends the program at once, and the journal holds every case that was finished.
     let mut output = Output::folder(&arguments.out)?;
     let write = |source| CliError::Write { path: arguments.out.clone(), source };

@@ -132,7 +132,17 @@ struct MusclesReport<'a> {
     left_over_stated_error: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     besides: Option<BesidesReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    jaw: Option<JawReport>,
     pulling: Vec<Pulling<'a>>,
+}
+
+/// How far the jaw is open.
+#[derive(Serialize)]
+struct JawReport {
+    deg: f64,
+    low: f64,
+    high: f64,
 }
 
 /// What pulls besides them.
@@ -184,6 +194,7 @@ fn muscles(found: &MuscleForces) -> MusclesReport<'_> {
             sum_n: b.newton,
             share_of_all: b.of_all,
         }),
+        jaw: found.jaw.map(|j| JawReport { deg: j.deg, low: j.between[0], high: j.between[1] }),
         pulling: pulling.collect(),
     }
 }

@@ -18,7 +18,7 @@ pub use reading::reading;
 const STUDY: &str = "accuracy";
 
 /// The questions, and what stands above each chart.
-const PARTS: [(&str, &str); 7] = [
+const PARTS: [(&str, &str); 9] = [
     ("forces", "Forces from marks: a brow raise that slides on the face"),
     ("forces, rough", "Forces from marks: a rough motion that no smoothness was made for"),
     (
@@ -28,6 +28,14 @@ const PARTS: [(&str, &str); 7] = [
     (
         "forces, elsewhere",
         "Forces from marks: the same foreheads, pulled by muscles one vertex from where the face has them",
+    ),
+    (
+        "forces, whole face",
+        "Forces from marks: whole faces in the same expressions, surprise and fear with an open jaw",
+    ),
+    (
+        "forces, whole face elsewhere",
+        "Forces from marks: the same whole faces, pulled by muscles one vertex from where the face has them",
     ),
     ("forward", "Motion under one muscle for a thirtieth of a second, against steps of 0.04 ms"),
     ("laws", "The thesis's law fitted to its own field, from starts within a factor 3"),

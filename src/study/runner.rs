@@ -81,6 +81,27 @@ impl Plan {
         Heading { study: self.study.clone(), question: self.question.clone(), machine: machine::words() }
     }
 
+    /// Keeps the cases of these parts alone: the words before the first dot of their names.
+    ///
+    /// # Errors
+    /// One line: the part that there is none of, and those that there are.
+    pub fn only(&mut self, parts: &[String]) -> Result<(), String> {
+        if parts.is_empty() {
+            return Ok(());
+        }
+        let of = |case: &Case| case.key.split(" · ").next().unwrap_or_default().to_owned();
+        for part in parts {
+            if !self.cases.iter().any(|case| of(case) == *part) {
+                let mut all: Vec<String> = self.cases.iter().map(of).collect();
+                all.dedup();
+                return Err(format!("this study has no part '{part}'; its parts are: {}", all.join(" | ")));
+            }
+        }
+        self.cases.retain(|case| parts.contains(&of(case)));
+        self.question = format!("{}, {}", self.question, parts.join(", "));
+        Ok(())
+    }
+
     /// The rows of the cases that are finished, in the order of the plan.
     pub fn rows(&self, journal: &Journal) -> Vec<Run> {
         self.cases.iter().filter_map(|c| journal.finished(&c.key)).flatten().cloned().collect()
@@ -178,6 +199,23 @@ mod tests {
 
     fn without_times(rows: Vec<Run>) -> Vec<Run> {
         rows.into_iter().map(Run::without_times).collect()
+    }
+
+    #[test]
+    fn some_parts_alone_are_another_question_and_an_unknown_one_names_those_that_there_are() {
+        let of = |part: &str, k: u64| Case::new(format!("{part} · case {k}"), Vec::new);
+        let cases = [("a", 1), ("a", 2), ("a, b", 1), ("c", 1)].map(|(part, k)| of(part, k));
+        let mut plan = Plan { study: "test".into(), question: "whole".into(), cases: cases.into() };
+        let whole = plan.heading();
+        assert_eq!(plan.only(&["b".into()]).unwrap_err(), "this study has no part 'b'; its parts are: a | a, b | c");
+        plan.only(&[]).unwrap();
+        assert_eq!((plan.cases.len(), plan.heading()), (4, whole.clone()));
+        plan.only(&["a".into(), "c".into()]).unwrap();
+        assert_eq!(
+            plan.cases.iter().map(|c| c.key.as_str()).collect::<Vec<_>>(),
+            ["a · case 1", "a · case 2", "c · case 1"]
+        );
+        assert_ne!(plan.heading(), whole);
     }
 
     #[test]

@@ -39,6 +39,8 @@ const BUMP_MM: [f64; 2] = [2.5, 12.0];
 const INTENSITY: f64 = 0.6;
 /// The expressions that move the forehead, and where they are marked.
 const EXPRESSIONS: [Basic; 4] = [Basic::Surprise, Basic::Sad, Basic::Anger, Basic::Fear];
+/// Marking errors tried on whole faces, px.
+const WHOLE_NOISES: [f64; 3] = [0.0, 0.3, 1.0];
 const REGION: &str = "forehead_and_brows";
 
 /// Where the true forces come from.
@@ -52,14 +54,26 @@ enum Truth {
     Membrane,
     /// The same by muscles that are not where the face has them ([`scene::muscles_elsewhere`]).
     Elsewhere,
+    /// As the membranes, of a face marked as a whole: with lids, lips and an open jaw.
+    Whole,
+    WholeElsewhere,
 }
 
 impl Truth {
-    const ALL: [Self; 4] = [Self::Raise, Self::Rough, Self::Membrane, Self::Elsewhere];
+    const ALL: [Self; 6] =
+        [Self::Raise, Self::Rough, Self::Membrane, Self::Elsewhere, Self::Whole, Self::WholeElsewhere];
 
     /// Whether it is of a membrane.
     fn settles(self) -> bool {
-        matches!(self, Self::Membrane | Self::Elsewhere)
+        !matches!(self, Self::Raise | Self::Rough)
+    }
+
+    fn is_whole(self) -> bool {
+        matches!(self, Self::Whole | Self::WholeElsewhere)
+    }
+
+    fn is_elsewhere(self) -> bool {
+        matches!(self, Self::Elsewhere | Self::WholeElsewhere)
     }
 
     fn part(self) -> usize {
@@ -84,7 +98,7 @@ fn made(generic: &FaceModel, truth: Truth, seed: u64) -> Result<Made, String> {
     let basic = EXPRESSIONS[(seed as usize).wrapping_sub(1) % EXPRESSIONS.len()];
     let distance_mm = TwinSettings::default().distance_mm;
     let person = scene::person(generic, seed, distance_mm).map_err(|e| e.to_string())?;
-    let elsewhere = (truth == Truth::Elsewhere).then(|| scene::muscles_elsewhere(&person, seed));
+    let elsewhere = truth.is_elsewhere().then(|| scene::muscles_elsewhere(&person, seed));
     let elsewhere = elsewhere.transpose().map_err(|e| e.to_string())?;
     let mut face = MembraneFace::new(elsewhere.as_ref().unwrap_or(&person), &MembraneSettings::default())
         .map_err(|e| e.to_string())?;
@@ -132,7 +146,7 @@ impl Truth {
             Self::Raise => setting != "skin=membrane",
             Self::Rough => setting == CHANGES[0].0,
             Self::Membrane => setting == CHANGES[0].0 || setting == "skin=membrane",
-            Self::Elsewhere => setting == "skin=membrane",
+            Self::Elsewhere | Self::Whole | Self::WholeElsewhere => setting == "skin=membrane",
         }
     }
 }
@@ -142,7 +156,8 @@ pub(super) fn cases(options: &Options, seeds: u64) -> Vec<Case> {
     let mut cases = Vec::new();
     for truth in Truth::ALL {
         let membranes: Membranes = Arc::new((0..seeds).map(|_| OnceLock::new()).collect());
-        for &noise in noises {
+        // A whole face takes ten times as long.
+        for &noise in noises.iter().filter(|n| !truth.is_whole() || WHOLE_NOISES.contains(n)) {
             for (name, way) in ways(options.quick) {
                 for (setting, change) in CHANGES {
                     if !truth.tries(setting, way) {
@@ -161,7 +176,7 @@ pub(super) fn cases(options: &Options, seeds: u64) -> Vec<Case> {
                         };
                         (1..=seeds).map(one).collect()
                     };
-                    let weight = if truth.settles() { 0.3 } else { 0.05 };
+                    let weight = if truth.is_whole() { 3.0 } else { [0.05, 0.3][usize::from(truth.settles())] };
                     cases.push(case(truth.part(), &name, &key, work).weighing(weight));
                 }
             }
@@ -193,9 +208,10 @@ fn scene(
         let made = slot.get_or_init(|| made(generic, truth, seed)).as_ref().map_err(Clone::clone)?;
         let twin = Twin::displaced(&made.person, made.last.clone(), &settings).map_err(|e| e.to_string())?;
         let mut project = scene::membrane_project(&twin, &made.person, frames, noise_px, made.name, 0.0);
-        // As in the other scenes: the mouth opens and the lids unfold, which no mesh of skin can say.
-        let marked = made.person.region(REGION);
-        project.features.retain(|v, f| f.role == Role::Still || marked.contains(v));
+        if !truth.is_whole() {
+            let marked = made.person.region(REGION);
+            project.features.retain(|v, f| f.role == Role::Still || marked.contains(v));
+        }
         // Every vertex of the membrane keeps its own height above the skull.
         project.settings.depth = DepthRule::KeepHeight;
         let (truth, counts) = (made.force.clone(), made.gentle.clone());
@@ -254,10 +270,11 @@ fn measured(scene: Scene, way: FieldWay, change: fn(&mut Settings), row: Run) ->
         return row.failing(Some("the muscles cannot be fitted".to_owned()));
     }
     let force = &outcome.field.force;
-    // Still points are held by bones: the force on them is no muscle's.
+    // Still points, the rim and the corners of the eyes are held by bones: the force on them is no muscle's.
+    let held = pipeline::held_by(&project, &scene.face, &outcome.first);
     let skin = |v: usize| project.features.get(&(v as u32)).is_some_and(|f| f.role == Role::Skin);
     let inner: Vec<usize> =
-        (0..force.len()).filter(|&v| scene.counts[v] && outcome.is_believed(v) && skin(v)).collect();
+        (0..force.len()).filter(|&v| scene.counts[v] && outcome.is_believed(v) && skin(v) && !held[v]).collect();
     let size_of_truth = squares(&scene.truth, &inner);
     let error = relative_error(force, &scene.truth, &inner);
     let stated: f64 = inner.iter().map(|&v| outcome.field.sigma[v].powi(2)).sum();

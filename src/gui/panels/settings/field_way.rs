@@ -118,8 +118,11 @@ fn found(ui: &mut Ui, scene: Scene<'_>) {
     let besides = muscles
         .besides
         .map_or(String::new(), |b| format!(" Pulls besides theirs are {:.0} % of all that pulls.", 100.0 * b.of_all));
+    let jaw = muscles.jaw.filter(|j| j.deg > 0.0).map_or(String::new(), |j| {
+        format!(" The jaw is open by {:.1}° ({:.1} to {:.1}).", j.deg, j.between[0], j.between[1])
+    });
     let text = format!(
-        "{} of {} muscles move the points ({}){named}. They leave the points {:.2} px off, {:.1} times what marks, head and landmarks err by, and explain {:.0} % of the motion.{besides}",
+        "{} of {} muscles move the points ({}){named}.{jaw} They leave the points {:.2} px off, {:.1} times what marks, head and landmarks err by, and explain {:.0} % of the motion.{besides}",
         muscles.pulling.len(),
         muscles.among,
         muscles.law.label(),
