@@ -238,8 +238,8 @@ fn of_marks(generic: &FaceModel, draws: usize) -> Result<String, String> {
     for way in [FieldWay::Direct, FieldWay::Regularised { weight }] {
         for px in [0.1, 0.3, 1.0] {
             for c in MarkedForehead::new(generic, way, px)?.coverage(&laws, draws) {
-                let [shape, strengths] =
-                    [c.shape, c.strengths].map(|[a, b]| format!("{:.1} / {:.1} %", 100.0 * a, 100.0 * b));
+                let percent = |[a, b]: [f64; 2]| format!("{:.1} / {:.1} %", 100.0 * a, 100.0 * b);
+                let (shape, strengths) = (c.shape.map_or_else(|| "–".to_owned(), percent), percent(c.strengths));
                 let (way, label) = (way.label(), &c.label);
                 let _ = writeln!(
                     text,

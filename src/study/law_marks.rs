@@ -44,8 +44,8 @@ pub struct MarkedCoverage {
     pub draws: usize,
     /// Draws without a fit, or whose samples are not those of the exact marks.
     pub failed: usize,
-    /// Shape parameters with a slope: with the causes of the errors, and without.
-    pub shape: [f64; 2],
+    /// Shape parameters with a slope: with the causes of the errors, and without; none where the shape is known.
+    pub shape: Option<[f64; 2]>,
     /// The same of the strengths.
     pub strengths: [f64; 2],
 }
@@ -111,7 +111,10 @@ impl MarkedForehead {
         let drawn: Vec<_> = (0..draws as u64).into_par_iter().map(|seed| self.drawn(seed)).collect();
         let share = |held: &dyn Fn(&Held) -> &Vec<bool>, all: &[Held]| {
             let (sum, count) = all.iter().flat_map(held).fold((0, 0), |(sum, n), h| (sum + u32::from(*h), n + 1));
-            f64::from(sum) / f64::from(count.max(1))
+            (count > 0).then(|| f64::from(sum) / f64::from(count))
+        };
+        let both = |part: usize, all: &[Held]| -> Option<[f64; 2]> {
+            Some([share(&|held| &held[0][part], all)?, share(&|held| &held[1][part], all)?])
         };
         let covered = |label: String, asked: &Asked<'_>| {
             let all: Vec<Held> =
@@ -120,8 +123,8 @@ impl MarkedForehead {
                 label,
                 draws,
                 failed: draws - all.len(),
-                shape: [0, 1].map(|with| share(&|held| &held[with][0], &all)),
-                strengths: [0, 1].map(|with| share(&|held| &held[with][1], &all)),
+                shape: both(0, &all),
+                strengths: both(1, &all).unwrap_or_default(),
             }
         };
         let mut all = Vec::new();
@@ -179,6 +182,6 @@ mod tests {
         for c in &found {
             assert!(c.failed == 0 && (0.91..=0.99).contains(&c.strengths[0]), "{c:?}");
         }
-        assert!((0.91..=0.99).contains(&found[0].shape[0]) && found[0].strengths[1] > 0.99, "{found:?}");
+        assert!((0.91..=0.99).contains(&found[0].shape.unwrap()[0]) && found[0].strengths[1] > 0.99, "{found:?}");
     }
 }
