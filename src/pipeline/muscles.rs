@@ -132,6 +132,8 @@ pub fn held_by(project: &Project, face: &FaceModel, first: &[Point3<f64>]) -> Ve
 /// points let it come to rest ([`find`]), of all that the points feel or of the smallest set of at most `most`; by one law, or by the one that leaves
 /// the points nearest.
 ///
+/// Skin that a bone holds gets the muscles' pull without the bone's reaction, and counts as border.
+///
 /// Neither smoothing nor a rule of depth is asked: an equilibrium has its own depth. Standard errors are those of the marks and of the head's
 /// motion, carried through the linearised equilibrium, and times the misfit where that is above 1 (Birge 1932): what the muscles do not explain
 /// counts as error of their strengths.
@@ -218,6 +220,10 @@ pub(super) fn explain(
         whole.map_err(|why| outcome.warnings.push(Warning::NothingBesides { why })).ok()
     };
     let (force, sigma, muscles) = said(outcome, face, rest, &seen, law, &tried, whole).ok_or(NO_REST)?;
+    // What a bone holds carries its reaction, of which the muscles tell nothing.
+    for ((border, free), state) in outcome.border.iter_mut().zip(rest.free()).zip(&outcome.states) {
+        *border |= !free && state.is_known();
+    }
     let normals = face.mesh().vertex_normals(&outcome.first);
     let (in_surface, normal) = forces::split(&force, &normals);
     let field = &mut outcome.field;

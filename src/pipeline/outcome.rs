@@ -29,7 +29,8 @@ pub struct Outcome {
     pub head: HeadMotion,
     /// What is known of each vertex in the last frame.
     pub states: Vec<VertexState>,
-    /// Measured and inferred vertices with a neighbour of which nothing is known: their force carries the border's reaction.
+    /// Vertices whose force carries a reaction: measured and inferred ones with a neighbour of which nothing is known, and in a field of muscles known
+    /// ones that a bone holds.
     pub border: Vec<bool>,
     /// Positions in the last frame with the head's motion removed, mm. Of unmeasured vertices this is a prediction to draw, never data.
     pub last: Vec<Point3<f64>>,

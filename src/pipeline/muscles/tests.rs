@@ -279,6 +279,26 @@ fn the_causes_of_errors_are_those_of_the_measured_forces() {
     }
 }
 
+/// A marked corner of the eye is held by a bone: what pulls there besides the muscles is not told, so it counts as border, and not in another way.
+#[test]
+fn what_a_bone_holds_is_border_in_a_field_of_muscles() {
+    let mut posed = posed(&BROW_RAISE);
+    let generic = face::generic();
+    let corner = generic.landmark("eye_inner_left").unwrap().vertex;
+    let before = solve(&posed, FieldWay::Direct);
+    let around = generic.mesh().neighbours(corner as usize).iter().copied().chain([corner]);
+    for v in around {
+        let at = before.first_in_image[v as usize];
+        posed
+            .project
+            .features
+            .entry(v)
+            .or_insert(Feature { last: Some(Mark::new([at.x, at.y])), ..Feature::default() });
+    }
+    let border = |way| solve(&posed, way).border[corner as usize];
+    assert!(border(WAY(LawKind::Anatomical, None)) && !border(FieldWay::Direct));
+}
+
 /// A jaw that opens under a pull at the corners of the mouth: both are found again from the lower face, and the jaw is not asked for by the brow.
 #[test]
 fn the_jaw_is_found_beside_the_muscles() {
