@@ -113,9 +113,7 @@ pub fn solve_unless(
 /// ([`Outcome::measured`]), and they tell how errors of different vertices go together.
 pub fn error_causes(project: &Project, face: &FaceModel, image_size_px: [u32; 2]) -> Vec<Cause> {
     let mut measured = project.clone();
-    if let Some(weight) = project.settings.field.weight() {
-        measured.settings.field = FieldWay::Regularised { weight };
-    }
+    measured.settings.field = project.settings.field.measured();
     let mut causes = Vec::new();
     chain(&measured, face, image_size_px, &mut Workspace::default(), &|| false, Some(&mut causes));
     causes

@@ -101,8 +101,11 @@ fn push(causes: &mut [Cause], vertex: usize, forces: impl Iterator<Item = Vector
     }
 }
 
-/// Columns r with Σ r rᵀ = C; where C is not positive, by rounding, there is none.
+/// Columns r with Σ r rᵀ = C; where C is not positive, by rounding, or no number, there is none.
 fn root(covariance: &Matrix6<f64>) -> Vec<Vector6<f64>> {
+    if !covariance.iter().all(|c| c.is_finite()) {
+        return Vec::new();
+    }
     let eigen = SymmetricEigen::new(*covariance);
     let values = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
     values.filter(|(value, _)| **value > 0.0).map(|(value, vector)| vector * value.sqrt()).collect()

@@ -69,7 +69,7 @@ pub struct Scene<'a> {
     pub suggested: &'a suggesting::Suggested,
     /// The skin of the outcome.
     pub skin: Option<&'a Skin>,
-    /// Whether the field is the measured one, and the muscles that the project asks for are on their way.
+    /// Whether the field is the measured one, and the muscles that the project asks for are still to come.
     pub fitting: bool,
     /// The simulated last frame, while it is to be shown.
     pub replay: Option<replay_work::Replayed<'a>>,

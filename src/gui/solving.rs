@@ -10,7 +10,7 @@ use crate::displacement::VertexState;
 use crate::face::FaceModel;
 use crate::forces::Skin;
 use crate::pipeline::{self, Outcome, Warning};
-use crate::project::{FieldWay, MuscleWay, Project, Settings};
+use crate::project::{FieldWay, Project};
 
 /// A fit that takes no longer is waited for: the measured field would flicker by.
 const PATIENCE: Duration = Duration::from_millis(30);
@@ -53,20 +53,21 @@ impl Solver {
         self.workspace.skin()
     }
 
-    /// Whether the field is the measured one, and the muscles that the project asks for are on their way.
+    /// Whether the field is the measured one, and the muscles that the project asks for are still to come.
     pub(super) fn is_fitting(&self) -> bool {
-        matches!(self.muscles, Muscles::Fitting(_))
+        self.muscles != Muscles::Shown
     }
 
     /// The chain as far as it is quick: where muscles are asked for, the measured field stands for theirs.
     fn measured(&mut self, project: &Project, face: &FaceModel) -> Outcome {
-        let FieldWay::Muscles(MuscleWay { weight, .. }) = project.settings.field else {
+        let size = image_size_px(project);
+        if !matches!(project.settings.field, FieldWay::Muscles(_)) {
             self.muscles = Muscles::Shown;
-            return pipeline::solve(project, face, image_size_px(project), &mut self.workspace);
-        };
-        let settings = Settings { field: FieldWay::Regularised { weight }, ..project.settings.clone() };
-        let quick = Project { settings, ..project.clone() };
-        let outcome = pipeline::solve(&quick, face, image_size_px(project), &mut self.workspace);
+            return pipeline::solve(project, face, size, &mut self.workspace);
+        }
+        let mut quick = project.clone();
+        quick.settings.field = project.settings.field.measured();
+        let outcome = pipeline::solve(&quick, face, size, &mut self.workspace);
         // Skin that nobody has touched has nothing to explain.
         let marked = outcome.states.contains(&VertexState::Measured);
         self.muscles = if marked { Muscles::Wanted } else { Muscles::Shown };

@@ -274,15 +274,20 @@ impl<'a> Tried<'a> {
             };
             (DVector::from_iterator(loads.len(), (0..loads.len()).map(of)), &other.found.positions[..])
         });
-        let body = &mut Body { rest, jaw: (loads.len() > felt.len()).then_some(felt.len()) };
+        let body = &mut Body { rest, jaw: jaw_column(felt.len(), loads.len()) };
         let found = find(body, &loads, seen, None, start, first).ok_or(NO_REST)?;
         Ok(Self { felt, loads, found })
     }
 
     /// The jaw's column.
     fn jaw(&self) -> Option<usize> {
-        (self.loads.len() > self.felt.len()).then_some(self.felt.len())
+        jaw_column(self.felt.len(), self.loads.len())
     }
+}
+
+/// The column after those of the muscles, if there is one.
+fn jaw_column(muscles: usize, columns: usize) -> Option<usize> {
+    (columns > muscles).then_some(muscles)
 }
 
 const NO_REST: &str = "the skin finds no rest under the muscles";
@@ -405,7 +410,7 @@ fn said(
         [(a - t * error).max(0.0), a + t * error]
     };
     let jaw = jaw.map(|j| JawOpen {
-        deg: WIDEST_DEG * whole.activations[j],
+        deg: WIDEST_DEG * whole.activations[j].min(1.0),
         between: between(j).map(|a| WIDEST_DEG * a.min(1.0)),
     });
     let pulling = felt.iter().enumerate().filter(|(j, _)| whole.activations[*j] > 0.0).map(|(j, actuator)| {

@@ -253,6 +253,15 @@ impl FieldWay {
         }
     }
 
+    /// The way to the forces that are measured, on which this one goes on: smoothed ones behind muscles, else itself.
+    #[must_use]
+    pub fn measured(self) -> Self {
+        match self {
+            Self::Muscles(MuscleWay { weight, .. }) => Self::Regularised { weight },
+            other => other,
+        }
+    }
+
     /// The same way with another smoothness, where it has one.
     #[must_use]
     pub fn with_weight(self, weight: WeightRule) -> Self {

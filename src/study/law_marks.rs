@@ -18,7 +18,7 @@ use crate::forces::{Cause, SkinModel};
 use crate::muscle::{Fibre, MuscleLaw};
 use crate::pipeline::samples::{Include, Samples};
 use crate::pipeline::{self, Outcome, Workspace};
-use crate::project::{FieldWay, Project, Role};
+use crate::project::{FieldWay, Project};
 
 /// Side of the square frames, px.
 const SIZE_PX: u32 = 1036;
@@ -70,8 +70,7 @@ impl MarkedForehead {
         let twin = Twin::displaced(&person, truth.last, &settings).map_err(|e| e.to_string())?;
         let frames = scene::unseen_frames(SIZE_PX);
         let mut project = scene::membrane_project(&twin, &person, frames, noise_px, Basic::Surprise.name(), 0.0);
-        let marked = person.region(REGION);
-        project.features.retain(|v, f| f.role == Role::Still || marked.contains(v));
+        scene::mark_only(&mut project, person.region(REGION));
         project.settings.depth = DepthRule::KeepHeight;
         project.settings.skin_model = SkinModel::Membrane;
         project.settings.field = way;

@@ -70,6 +70,11 @@ pub fn person(generic: &FaceModel, seed: u64, distance_mm: f64) -> Result<FaceMo
     Ok(generic.with_positions(customized.positions)?)
 }
 
+/// Leaves out the marks of skin outside a region.
+pub(super) fn mark_only(project: &mut Project, region: &[u32]) {
+    project.features.retain(|v, f| f.role == Role::Still || region.contains(v));
+}
+
 /// The face with muscles that are not where anyone looks for them: both ends of every muscle on a neighbour of their vertex, some 8 mm off, and
 /// widths from 75 to 125 % of its own.
 pub(super) fn muscles_elsewhere(face: &FaceModel, seed: u64) -> Result<FaceModel, FaceError> {

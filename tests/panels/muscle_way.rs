@@ -68,6 +68,7 @@ fn muscles_wait_for_the_hand_to_let_go() {
     let dragged = window.state().outcome();
     assert!(dragged.muscles.is_none() && dragged.field.force[v as usize] != before);
     assert!(fits(&window).is_empty());
+    assert!(window.query_by_label_contains("The muscles are still to come").is_some());
     window.drop_at(at + Vec2::new(15.0, 0.0));
     settle(&mut window);
     assert_eq!(*window.state().outcome(), solved(&window));
@@ -85,7 +86,7 @@ fn muscles_are_fitted_beside_the_window_and_only_the_last_question_is_answered()
     assert_eq!(first.len(), 1);
     assert!(window.state().outcome().muscles.is_none());
     assert!(
-        window.query_by_label_contains("The muscles are being fitted: until then the field is the measured").is_some()
+        window.query_by_label_contains("The muscles are still to come: until then the field is the measured").is_some()
     );
     // A mark goes its way meanwhile.
     let v = forehead();

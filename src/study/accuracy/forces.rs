@@ -72,6 +72,15 @@ impl Truth {
         matches!(self, Self::Whole | Self::WholeElsewhere)
     }
 
+    /// How long a case takes beside others.
+    fn weight(self) -> f64 {
+        match self {
+            Self::Raise | Self::Rough => 0.05,
+            Self::Membrane | Self::Elsewhere => 0.3,
+            Self::Whole | Self::WholeElsewhere => 3.0,
+        }
+    }
+
     fn is_elsewhere(self) -> bool {
         matches!(self, Self::Elsewhere | Self::WholeElsewhere)
     }
@@ -176,8 +185,7 @@ pub(super) fn cases(options: &Options, seeds: u64) -> Vec<Case> {
                         };
                         (1..=seeds).map(one).collect()
                     };
-                    let weight = if truth.is_whole() { 3.0 } else { [0.05, 0.3][usize::from(truth.settles())] };
-                    cases.push(case(truth.part(), &name, &key, work).weighing(weight));
+                    cases.push(case(truth.part(), &name, &key, work).weighing(truth.weight()));
                 }
             }
         }
@@ -209,8 +217,7 @@ fn scene(
         let twin = Twin::displaced(&made.person, made.last.clone(), &settings).map_err(|e| e.to_string())?;
         let mut project = scene::membrane_project(&twin, &made.person, frames, noise_px, made.name, 0.0);
         if !truth.is_whole() {
-            let marked = made.person.region(REGION);
-            project.features.retain(|v, f| f.role == Role::Still || marked.contains(v));
+            scene::mark_only(&mut project, made.person.region(REGION));
         }
         // Every vertex of the membrane keeps its own height above the skull.
         project.settings.depth = DepthRule::KeepHeight;

@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 use super::super::scene;
 use super::super::twin::{Twin, TwinError, TwinSettings};
 use crate::face::FaceModel;
-use crate::project::{Project, Role};
+use crate::project::Project;
 
 /// Side of the frames of a face without a project, px: that of the twins.
 const SIZE_PX: u32 = 1036;
@@ -37,8 +37,7 @@ impl Subject {
         let twin = Twin::displaced(face, face.mesh().positions().to_vec(), &settings)?;
         let frames = scene::unseen_frames(SIZE_PX);
         let mut project = scene::membrane_project(&twin, face, frames, SIGMA_PX, face.name(), 0.0);
-        let marked = face.region(REGION);
-        project.features.retain(|v, f| f.role == Role::Still || marked.contains(v));
+        scene::mark_only(&mut project, face.region(REGION));
         Ok(Self { project, face: Arc::clone(face), size_px: [SIZE_PX; 2] })
     }
 

@@ -107,7 +107,7 @@ fn hint(rule: WeightRule) -> &'static str {
 /// Which muscles stand for the measured forces, and how near they take the skin to the points.
 fn found(ui: &mut Ui, scene: Scene<'_>) {
     let Some(muscles) = &scene.outcome.muscles else {
-        let why = if scene.fitting { "The muscles are being fitted: until then" } else { "No muscles are found, so" };
+        let why = if scene.fitting { "The muscles are still to come: until then" } else { "No muscles are found, so" };
         ui.label(RichText::new(format!("{why} the field is the measured one.")).weak());
         return;
     };
