@@ -40,7 +40,9 @@ fn times() -> Result<(), Box<dyn std::error::Error>> {
         let points: Vec<Point> =
             scene.twin.first_in_image.iter().take(600).map(|p| Point { first: *p, known: None }).collect();
         let settings = TrackSettings { px_per_mm: scene.twin.camera.px_per_mm, ..TrackSettings::default() };
-        report(&named("track 600 points"), points.len(), || !track(first, last, &points, &settings).points.is_empty());
+        report(&named("track 600 points"), points.len(), || {
+            !track(first, last, &points, &scene.skin(), &settings).points.is_empty()
+        });
     }
     Ok(())
 }

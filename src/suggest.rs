@@ -5,12 +5,13 @@ pub mod still;
 mod through;
 
 use image::RgbImage;
-use nalgebra::Point2;
+use nalgebra::{Point2, Point3, Vector3};
 
-use crate::face::FaceModel;
+use crate::face::{FaceModel, Mesh};
 use crate::marking::gray::Gray;
 use crate::marking::grid::Carried;
 use crate::marking::lead::Leader;
+use crate::marking::registration::Skin;
 use crate::marking::tracking::{self, Method, Point, Prepared, TrackSettings, Tracker};
 use crate::pipeline::Outcome;
 use crate::project::{MarkState, Project};
@@ -143,7 +144,8 @@ pub fn follow(
     let points: Vec<Point> =
         asked.iter().map(|&v| Point { first: outcome.first_in_image[v as usize], known: None }).collect();
     let settings = TrackSettings { grid: false, ..settings_for(outcome) };
-    let mut tracker = Tracker::new(first, &points, settings);
+    let skin = skin(face, outcome, first.size());
+    let mut tracker = Tracker::new(first, &points, &skin, settings);
     for frame in between {
         tracker.advance(&frame);
     }
@@ -169,7 +171,8 @@ pub fn found_after(
             known: mark(v).filter(|m| usable(m.state)).map(|m| Point2::from(m.at_px)),
         })
         .collect();
-    let tracker = Tracker::new(first, &points, settings_for(outcome)).after(followed.0.clone());
+    let skin = skin(face, outcome, first.size());
+    let tracker = Tracker::new(first, &points, &skin, settings_for(outcome)).after(followed.0.clone());
     let tracks = tracker.find(last);
     let crossing = |c: &Carried| GridCrossing {
         row: c.row.unsigned_abs(),
@@ -208,16 +211,31 @@ fn settings_for(outcome: &Outcome) -> TrackSettings {
 /// The vertices that face the camera, inside the picture.
 fn asked(face: &FaceModel, outcome: &Outcome, size: [usize; 2]) -> Vec<u32> {
     let size = size.map(|side| side as f64);
-    let mesh = face.mesh();
-    let normals = mesh.vertex_normals(&outcome.first);
-    let eye = nalgebra::Point3::new(0.0, 0.0, outcome.camera.z_prp_mm);
-    let seen = |v: &usize| {
-        let towards = (eye - outcome.first[*v]).try_normalize(1e-9);
-        let at = outcome.first_in_image[*v];
-        let inside = at.x > 0.0 && at.y > 0.0 && at.x < size[0] && at.y < size[1];
-        inside && towards.is_some_and(|t| normals[*v].dot(&t) > SEEN)
+    let inside = |at: Point2<f64>| at.x > 0.0 && at.y > 0.0 && at.x < size[0] && at.y < size[1];
+    let seen = seen(face.mesh(), &outcome.first, outcome.camera.z_prp_mm);
+    (0..seen.len()).filter(|&v| seen[v] && inside(outcome.first_in_image[v])).map(|v| v as u32).collect()
+}
+
+/// The skin that faces the camera.
+fn skin(face: &FaceModel, outcome: &Outcome, size: [usize; 2]) -> Skin {
+    let seen = seen(face.mesh(), &outcome.first, outcome.camera.z_prp_mm);
+    skin_between(face.mesh(), &seen, &outcome.first_in_image, size)
+}
+
+/// Whether each vertex of a face faces a camera at a height of `eye_mm` before it.
+pub(crate) fn seen(mesh: &Mesh, places: &[Point3<f64>], eye_mm: f64) -> Vec<bool> {
+    let normals = mesh.vertex_normals(places);
+    let eye = Point3::new(0.0, 0.0, eye_mm);
+    let faces = |(at, normal): (&Point3<f64>, &Vector3<f64>)| {
+        (eye - at).try_normalize(1e-9).is_some_and(|towards| normal.dot(&towards) > SEEN)
     };
-    (0..mesh.len()).filter(seen).map(|v| v as u32).collect()
+    places.iter().zip(&normals).map(faces).collect()
+}
+
+/// The pixels of the triangles whose corners are all seen.
+pub(crate) fn skin_between(mesh: &Mesh, seen: &[bool], in_image: &[Point2<f64>], size: [usize; 2]) -> Skin {
+    let corners = mesh.triangles().iter().map(|t| t.map(|v| v as usize));
+    Skin::of(corners.filter(|t| t.iter().all(|v| seen[*v])).map(|t| t.map(|v| in_image[v])), size)
 }
 
 #[cfg(test)]

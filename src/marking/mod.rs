@@ -16,6 +16,7 @@ mod lanes;
 pub mod lead;
 pub mod patch;
 pub mod prepared;
+pub mod registration;
 pub mod tracking;
 
 pub use gray::{Gray, Spline};

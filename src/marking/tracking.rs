@@ -17,6 +17,7 @@ use super::lead::{Lead, Leader};
 use super::patch::{self, Guess, Lost, Match, PatchSettings};
 use super::prepared::HALVINGS;
 pub use super::prepared::Prepared;
+use super::registration::{Registered, Registration, Skin, Task};
 
 /// Choices of the tracking.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,8 +26,8 @@ pub struct TrackSettings {
     pub px_per_mm: f64,
     /// Half the side of a neighbourhood, mm. Default 7: a third of it carries most of the weight.
     pub radius_mm: f64,
-    /// The same for a point on a crossing of the grid, where two lines say all. Default 4.2.
-    pub crossing_mm: f64,
+    /// The same for a point on a crossing of the grid, where two lines say all, and where skin folds. Default 4.2.
+    pub close_mm: f64,
     /// How far a point may lie from where its neighbours lead, mm. Default 1.5.
     pub stray_mm: f64,
     /// Least correlation that counts as the same skin. Default 0.35: skin is faint and pictures are noisy.
@@ -37,7 +38,7 @@ pub struct TrackSettings {
 
 impl Default for TrackSettings {
     fn default() -> Self {
-        Self { px_per_mm: 4.0, radius_mm: 7.0, crossing_mm: 4.2, stray_mm: 1.5, least_correlation: 0.35, grid: true }
+        Self { px_per_mm: 4.0, radius_mm: 7.0, close_mm: 4.2, stray_mm: 1.5, least_correlation: 0.35, grid: true }
     }
 }
 
@@ -73,12 +74,8 @@ pub struct Tracked {
     pub at: Point2<f64>,
     /// Standard error along x and y, px; see [`Match::sigma_px`].
     pub sigma_px: [f64; 2],
-    /// Correlation of the neighbourhoods, at most 1.
-    pub correlation: f64,
-    /// How far it moved differently from what its neighbours say, px; none where it has none.
-    pub stray_px: Option<f64>,
-    /// How much those neighbours differ among themselves, px.
-    pub scatter_px: f64,
+    /// What the pictures differ by about it, in variances of their noise: 1 where they agree.
+    pub misfit: f64,
     /// How sure it is that the point lies within 1 px, 0 to 1; see [`super::confidence`].
     pub confidence: f64,
     /// How it was found.
@@ -89,6 +86,7 @@ pub struct Tracked {
 pub struct Tracker<'a> {
     first: &'a Prepared,
     points: &'a [Point],
+    skin: &'a Skin,
     settings: TrackSettings,
     /// Crossings in the first picture.
     pieces: Vec<grid::Piece>,
@@ -106,11 +104,8 @@ pub struct Tracks {
     pub leaders: Vec<Leader>,
 }
 
-/// What is known of a point while it is looked for; none of one that a hand has marked.
-type Answer = Option<Result<Match, Lost>>;
-
 /// Most scouts.
-const SCOUTS: usize = 170;
+const SCOUTS: usize = 300;
 /// Half the side of a scout's neighbourhood at each level, px of it; the picture itself first (not used).
 const SCOUT_PX: [f64; HALVINGS + 1] = [14.0, 14.0, 12.0, 10.0, 9.0];
 /// A scout farther than this from what its neighbours say is not believed, px of its level and times their scatter.
@@ -123,22 +118,22 @@ const ON_CROSSING_MM: f64 = 0.4;
 const RADIUS_PX: [f64; 2] = [8.0, 80.0];
 /// Distance of the places compared in it, px: nearer ones share their noise.
 const COMPARED_PX: f64 = 1.6;
-/// How far stretch and bend may be from those of the points about one that were found, standard deviation.
-const LED_STRETCH: f64 = 0.03;
-const LED_BEND_PER_PX: f64 = 0.0015;
-/// So many smaller neighbourhoods are asked, each this share of the one before; so many standard errors apart one contradicts it.
-const SMALLER: usize = 2;
-const SHRINK: f64 = 0.6;
-const CONTRADICTS: f64 = 3.0;
+/// A misfit from which the registration is doubted, and how much less the neighbourhood alone must leave unexplained.
+const DOUBTFUL: f64 = 4.0;
+const BETTER: f64 = 0.7;
+/// Skin whose share of its surroundings' slopes is smaller is not found: it is too even.
+const LEAST_TOLD: f64 = 0.04;
+/// A place whose standard error is larger is not found, px.
+const MOST_SIGMA_PX: f64 = 3.0;
 /// Fewest crossings found in both pictures that lead.
 const FEWEST_CROSSINGS: usize = 6;
 
 impl<'a> Tracker<'a> {
     /// Begins at the first picture: finds the crossings of a painted grid in it.
-    pub fn new(first: &'a Prepared, points: &'a [Point], settings: TrackSettings) -> Self {
+    pub fn new(first: &'a Prepared, points: &'a [Point], skin: &'a Skin, settings: TrackSettings) -> Self {
         let about: Vec<Point2<f64>> = points.iter().map(|p| p.first).collect();
         let pieces = if settings.grid { grid::pieces(first, &about, settings.px_per_mm) } else { Vec::new() };
-        Self { first, points, settings, pieces, field: Vec::new() }
+        Self { first, points, skin, settings, pieces, field: Vec::new() }
     }
 
     /// Goes on to a picture on the way: the field of the motion follows, from small to large.
@@ -175,16 +170,40 @@ impl<'a> Tracker<'a> {
             last: c.last.at,
             sigma_px: c.last.sigma_px[0].max(c.last.sigma_px[1]).max(KNOWN_SIGMA_PX),
         });
-        let mut leaders: Vec<Leader> = known.iter().copied().chain(crossings).collect();
-        let anchors = leaders.len();
-        let led_by_grid = !grid.is_empty();
-        if !led_by_grid {
-            leaders.extend(&field);
-        }
-        let mut answers = self.all(last, &leaders, &field, &grid);
-        leaders.truncate(anchors);
-        self.settle(last, &leaders, &mut answers, &grid);
-        self.judged(answers, &known, grid)
+        let anchors: Vec<Leader> = known.iter().copied().chain(crossings).collect();
+        let s = &self.settings;
+        // Scouts may sit in the wrong cell of a grid: where its crossings lead they are not asked.
+        let far = APART_MM * s.px_per_mm;
+        let apart = |l: &Leader| grid.iter().all(|c| (c.first.at - l.first).norm() > far);
+        let begin: Vec<Leader> = field.into_iter().filter(apart).collect();
+        let registration = Registration::of(&Task {
+            pictures: [self.first, last],
+            skin: self.skin,
+            px_per_mm: s.px_per_mm,
+            anchors: &anchors,
+            begin: &begin,
+        });
+        let leads: Vec<Leader> = anchors.iter().chain(&begin).copied().collect();
+        let one = |p: &Point| {
+            if p.known.is_some() {
+                return None;
+            }
+            let registered = registration.as_ref().and_then(|r| r.at(&p.first));
+            let on = self.crossing_at(&p.first, &grid);
+            let method = match on {
+                Some(c) => Method::Crossing { column: c.column, row: c.row },
+                None if grid.is_empty() => Method::Field,
+                None => Method::Grid,
+            };
+            Some(self.one(last, &p.first, registered, &leads, on, method))
+        };
+        let points: Vec<_> = self.points.par_iter().map(one).collect();
+        let found = self.points.iter().zip(&points).filter_map(|(p, answer)| {
+            let t = answer.as_ref()?.as_ref().ok()?;
+            Some(Leader { first: p.first, last: t.at, sigma_px: t.sigma_px[0].hypot(t.sigma_px[1]) })
+        });
+        let leaders = known.iter().copied().chain(found).collect();
+        Tracks { points, grid, leaders }
     }
 
     /// The motion of some of the points, coarse to fine. `known` places stay.
@@ -228,34 +247,53 @@ impl<'a> Tracker<'a> {
         field
     }
 
-    /// Every point that is not known, each from where the leaders lead.
-    fn all(&self, last: &Prepared, leaders: &[Leader], field: &[Leader], grid: &[Carried]) -> Vec<Answer> {
-        let far = 3.0 * MOST_CELL_MM * self.settings.px_per_mm;
-        let one = |p: &Point| {
-            if p.known.is_some() {
-                return None;
-            }
-            let near = Lead::of(leaders, &p.first, None).filter(|l| l.distance < far);
-            let lead = near.or_else(|| Lead::of(field, &p.first, None));
-            Some(self.one(last, &p.first, lead, self.crossing_at(&p.first, grid)))
-        };
-        self.points.par_iter().map(one).collect()
-    }
-
     fn crossing_at<'g>(&self, at: &Point2<f64>, grid: &'g [Carried]) -> Option<&'g Carried> {
         let within = (ON_CROSSING_MM * self.settings.px_per_mm).max(1.0);
         grid.iter().find(|c| (c.first.at - at).norm() < within)
     }
 
-    fn one(&self, last: &Prepared, at: &Point2<f64>, lead: Option<Lead>, on: Option<&Carried>) -> Result<Match, Lost> {
+    /// A point: where the registration has it; its own neighbourhood on a crossing and where nothing is registered.
+    fn one(
+        &self,
+        last: &Prepared,
+        at: &Point2<f64>,
+        registered: Option<Registered>,
+        leads: &[Leader],
+        on: Option<&Carried>,
+        method: Method,
+    ) -> Result<Tracked, Lost> {
         let s = &self.settings;
-        let mut guess = lead.map_or(Guess::at(*at), |l| l.guess);
-        let mm = if on.is_some() { s.crossing_mm } else { s.radius_mm };
+        let lead = || Lead::of(leads, at, None).map_or(Guess::at(*at), |l| l.guess);
+        let mut guess = registered.map_or_else(lead, |r| r.guess);
         if let Some(c) = on {
             guess.at = c.last.at + guess.warp * (at - c.first.at);
         }
-        let found = self.patch(last, at, &guess, &settings_of(self.radius_px(mm)))?;
-        self.believable(found, &guess)
+        let own = |mm: f64| {
+            let m = self.patch(last, at, &guess, &settings_of(self.radius_px(mm)))?;
+            self.believable(m, &guess)
+        };
+        let of = |at: Point2<f64>, sigma_px: [f64; 2], misfit: f64| Tracked {
+            at,
+            sigma_px,
+            misfit,
+            confidence: 0.0,
+            method,
+        };
+        let tracked = match (registered, on) {
+            (Some(r), None) if r.told < LEAST_TOLD || r.sigma_px[0].max(r.sigma_px[1]) > MOST_SIGMA_PX => {
+                return Err(Lost::TooEven);
+            }
+            // Skin that folds or unfolds may move as no smooth surface does: there its own neighbourhood is asked, too.
+            (Some(r), None) => match (r.misfit > DOUBTFUL).then(|| own(s.close_mm)) {
+                Some(Ok(m)) if m.left < BETTER * r.left => of(m.at, m.sigma_px, r.misfit * (m.left / r.left).powi(2)),
+                _ => of(r.guess.at, r.sigma_px, r.misfit),
+            },
+            (r, on) => {
+                let m = own(if on.is_some() { s.close_mm } else { s.radius_mm })?;
+                of(m.at, m.sigma_px, r.map_or(1.0, |r| r.misfit))
+            }
+        };
+        Ok(Tracked { confidence: super::confidence::of(&tracked), ..tracked })
     }
 
     fn radius_px(&self, mm: f64) -> f64 {
@@ -273,108 +311,6 @@ impl<'a> Tracker<'a> {
         let near = stray <= (s.stray_mm * s.px_per_mm).max(3.0);
         if near && found.correlation >= s.least_correlation { Ok(found) } else { Err(Lost::Unlike) }
     }
-
-    /// Looks for every point once more, from where those found about it lead: nearer and finer than the field, so that stretch and bend are
-    /// held to theirs, and noise has less to say. Where a smaller neighbourhood contradicts the larger, skin bends more than it can follow,
-    /// and the smaller is believed.
-    fn settle(&self, last: &Prepared, anchors: &[Leader], answers: &mut [Answer], grid: &[Carried]) {
-        let mut leaders = anchors.to_vec();
-        let found = self.found(answers);
-        let own: Vec<Option<usize>> = found
-            .into_iter()
-            .map(|leader| {
-                leaders.extend(leader);
-                leader.map(|_| leaders.len() - 1)
-            })
-            .collect();
-        let again: Vec<Answer> = (0..answers.len())
-            .into_par_iter()
-            .map(|i| {
-                if !matches!(answers[i], Some(Ok(_) | Err(Lost::Unsettled | Lost::Unlike))) {
-                    return None;
-                }
-                let at = &self.points[i].first;
-                let lead = Lead::of(&leaders, at, own[i]);
-                if let Some(on) = self.crossing_at(at, grid) {
-                    return Some(self.one(last, at, lead, Some(on)));
-                }
-                let guess = lead.map_or(Guess::at(*at), |l| l.guess);
-                Some(self.smallest_that_contradicts(last, at, &guess))
-            })
-            .collect();
-        for (answer, again) in answers.iter_mut().zip(again) {
-            if matches!(answer, Some(Err(_))) || matches!(again, Some(Ok(_))) {
-                *answer = again.or(*answer);
-            }
-        }
-    }
-
-    /// The neighbourhood of the usual size, or a smaller one where that says something else for certain.
-    fn smallest_that_contradicts(&self, last: &Prepared, at: &Point2<f64>, guess: &Guess) -> Result<Match, Lost> {
-        let mut radius_px = self.radius_px(self.settings.radius_mm);
-        let held = PatchSettings { stretch: LED_STRETCH, bend_per_px: LED_BEND_PER_PX, ..settings_of(radius_px) };
-        let mut found = self.patch(last, at, guess, &held).and_then(|m| self.believable(m, guess))?;
-        for _ in 0..SMALLER {
-            radius_px = limited(radius_px * SHRINK);
-            let from = Guess { at: found.at, warp: found.warp, bend: found.bend };
-            let small = self.patch(last, at, &from, &settings_of(radius_px)).and_then(|m| self.believable(m, guess));
-            let Ok(small) = small else { break };
-            let apart = small.at - found.at;
-            let in_errors = (apart.x / small.sigma_px[0]).hypot(apart.y / small.sigma_px[1]);
-            if in_errors < CONTRADICTS {
-                break;
-            }
-            found = small;
-        }
-        Ok(found)
-    }
-
-    /// The points that were found, as leaders of others.
-    fn found(&self, answers: &[Answer]) -> Vec<Option<Leader>> {
-        let of = |(p, a): (&Point, &Answer)| {
-            let m = a.as_ref()?.as_ref().ok()?;
-            Some(Leader { first: p.first, last: m.at, sigma_px: m.sigma_px[0].hypot(m.sigma_px[1]) })
-        };
-        self.points.iter().zip(answers).map(of).collect()
-    }
-
-    /// What the neighbours say of each, and how sure it is.
-    fn judged(&self, answers: Vec<Answer>, known: &[Leader], grid: Vec<Carried>) -> Tracks {
-        let mut leaders = known.to_vec();
-        let mut own = vec![None; answers.len()];
-        for (i, leader) in self.found(&answers).into_iter().enumerate() {
-            if let Some(leader) = leader {
-                own[i] = Some(leaders.len());
-                leaders.push(leader);
-            }
-        }
-        let judge = |(i, answer): (usize, Answer)| {
-            let m = match answer? {
-                Ok(m) => m,
-                Err(lost) => return Some(Err(lost)),
-            };
-            let at = self.points[i].first;
-            let lead = Lead::of(&leaders, &at, own[i]);
-            let method = match self.crossing_at(&at, &grid) {
-                Some(c) => Method::Crossing { column: c.column, row: c.row },
-                None if grid.is_empty() => Method::Field,
-                None => Method::Grid,
-            };
-            let mut tracked = Tracked {
-                at: m.at,
-                sigma_px: m.sigma_px,
-                correlation: m.correlation,
-                stray_px: lead.map(|l| (l.guess.at - m.at).norm()),
-                scatter_px: lead.map_or(0.0, |l| l.scatter),
-                confidence: 0.0,
-                method,
-            };
-            tracked.confidence = super::confidence::of(&tracked);
-            Some(Ok(tracked))
-        };
-        let points = answers.into_par_iter().enumerate().map(judge).collect();
-        Tracks { points, grid, leaders }
-    }
 }
 
 fn limited(radius_px: f64) -> f64 {
@@ -387,8 +323,8 @@ fn settings_of(radius_px: f64) -> PatchSettings {
     PatchSettings { radius_px, samples, ..PatchSettings::default() }
 }
 
-/// Cells of the grid are no larger, mm: how far crossings lead.
-const MOST_CELL_MM: f64 = 10.0;
+/// Beside a crossing no scout is needed, mm.
+const APART_MM: f64 = 6.0;
 
 fn leader_of_mark(p: &Point) -> Option<Leader> {
     p.known.map(|last| Leader { first: p.first, last, sigma_px: KNOWN_SIGMA_PX })
@@ -405,8 +341,8 @@ fn believed(found: &[Leader], scale: f64) -> Vec<Leader> {
 }
 
 /// Finds points of the first picture in the last; see [`Tracker`].
-pub fn track(first: &Prepared, last: &Prepared, points: &[Point], settings: &TrackSettings) -> Tracks {
-    Tracker::new(first, points, *settings).find(last)
+pub fn track(first: &Prepared, last: &Prepared, points: &[Point], skin: &Skin, settings: &TrackSettings) -> Tracks {
+    Tracker::new(first, points, skin, *settings).find(last)
 }
 
 /// Where what was found leads a point that was not: no match, only the motion of its surroundings, with the distance of the three
