@@ -3,16 +3,19 @@
 //! `cargo bench --no-default-features --bench marking` prints the times on one scene with a painted grid and one without.
 //! `cargo bench --no-default-features --bench marking -- 100 DIR` tries a hundred seeds and writes `marking.csv`, `marking.svg`,
 //! `marking.png` and `marking.md` to a folder.
+//! `cargo bench --no-default-features --bench marking -- expressions 5 FILE.md` tries whole faces of five seeds that open the mouth.
 
 use std::fmt::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use frontalis::draw::svg;
+use frontalis::expression::Basic;
 use frontalis::face;
 use frontalis::marking::Gray;
 use frontalis::marking::tracking::{Point, Prepared, TrackSettings, track};
-use frontalis::study::marking_trial::{self, Sample, Scene};
+use frontalis::study::marking_trial::{self, Sample, Scene, TrialError, Way};
+use frontalis::study::wish::Wish;
 use rayon::prelude::*;
 
 const SIZE_PX: u32 = 1036;
@@ -20,6 +23,7 @@ const SIZE_PX: u32 = 1036;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
     match asked.as_slice() {
+        [what, seeds, file] if what == "expressions" => expressions(seeds.parse()?, Path::new(file)),
         [seeds, folder] => trial(seeds.parse()?, Path::new(folder)),
         _ => times(),
     }
@@ -37,8 +41,7 @@ fn times() -> Result<(), Box<dyn std::error::Error>> {
         let pictures: Vec<Prepared> = frames.iter().filter_map(Gray::of).map(Prepared::of).collect();
         let [first, last] = pictures.as_slice() else { continue };
         // 600 points of the face's skin: the vertices, some of them turned away.
-        let points: Vec<Point> =
-            scene.twin.first_in_image.iter().take(600).map(|p| Point { first: *p, known: None }).collect();
+        let points: Vec<Point> = scene.twin.first_in_image.iter().take(600).map(|p| Point::at(*p)).collect();
         let settings = TrackSettings { px_per_mm: scene.twin.camera.px_per_mm, ..TrackSettings::default() };
         report(&named("track 600 points"), points.len(), || {
             !track(first, last, &points, &scene.skin(), &settings).points.is_empty()
@@ -83,6 +86,51 @@ fn trial(seeds: u64, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
     std::fs::write(folder.join("marking.svg"), &chart)?;
     svg::paint(&chart, 1.0)?.save(folder.join("marking.png"))?;
     std::fs::write(folder.join("marking.md"), reading(&samples))?;
+    Ok(())
+}
+
+/// Whole faces in four expressions, with lips and lids apart: what tracking finds, one row an expression and skin.
+fn expressions(seeds: u64, file: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let generic = face::generic();
+    let mut text = String::from(
+        "| expression | skin | points | not found | median, px | 95 % within, px | < 0.15 px | < 0.5 px | < 1 px | called 0.9 and more | of these < 1 px | crossings of another |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for basic in [Basic::Surprise, Basic::Happy, Basic::Disgust, Basic::Fear] {
+        let wish = Wish::Basic(basic);
+        let tried: Result<Vec<Vec<Sample>>, TrialError> = (0..seeds)
+            .into_par_iter()
+            .map(|seed| {
+                let scenes = Scene::expressing(&generic, wish, seed, SIZE_PX)?;
+                Ok(scenes.iter().flat_map(marking_trial::measure_tracking).collect())
+            })
+            .collect();
+        let samples: Vec<Sample> = tried?.into_iter().flatten().collect();
+        let (mistaken, told) = marking_trial::identities(&samples);
+        let samples: Vec<Sample> = samples.into_iter().filter(|s| s.way == Way::TrackedVertex).collect();
+        for s in marking_trial::summaries(&samples) {
+            let sure = samples.iter().filter(|p| p.grid == s.grid && p.confidence.is_some_and(|c| c >= 0.9));
+            let (sure, right) = sure.fold((0_usize, 0_usize), |(n, right), p| {
+                (n + 1, right + usize::from(p.error_px.is_some_and(|e| e < 1.0)))
+            });
+            let _ = writeln!(
+                text,
+                "| {} | {} | {} | {:.1} % | {:.3} | {:.3} | {:.1} % | {:.1} % | {:.1} % | {sure} | {:.1} % | {} |",
+                wish.word(),
+                if s.grid { "grid" } else { "bare" },
+                s.count,
+                100.0 * s.failed as f64 / s.count.max(1) as f64,
+                s.median_px,
+                s.p95_px,
+                100.0 * s.within[0],
+                100.0 * s.within[1],
+                100.0 * s.within[2],
+                100.0 * right as f64 / sure.max(1) as f64,
+                if s.grid { format!("{mistaken} of {told}") } else { String::new() }
+            );
+        }
+        println!("{} done", wish.word());
+    }
+    std::fs::write(file, text)?;
     Ok(())
 }
 

@@ -7,6 +7,8 @@ mod through;
 use image::RgbImage;
 use nalgebra::{Point2, Point3, Vector3};
 
+use crate::camera::Camera;
+use crate::draw::raster::Corner;
 use crate::face::{FaceModel, Mesh};
 use crate::marking::gray::Gray;
 use crate::marking::grid::Carried;
@@ -141,11 +143,9 @@ pub fn follow(
     between: impl Iterator<Item = Prepared>,
 ) -> Followed {
     let asked = asked(face, outcome, first.size());
-    let points: Vec<Point> =
-        asked.iter().map(|&v| Point { first: outcome.first_in_image[v as usize], known: None }).collect();
+    let points: Vec<Point> = asked.iter().map(|&v| Point::at(outcome.first_in_image[v as usize])).collect();
     let settings = TrackSettings { grid: false, ..settings_for(outcome) };
-    let skin = skin(face, outcome, first.size());
-    let mut tracker = Tracker::new(first, &points, &skin, settings);
+    let mut tracker = Tracker::new(first, &points, settings);
     for frame in between {
         tracker.advance(&frame);
     }
@@ -162,6 +162,7 @@ pub fn found_after(
     last: &Prepared,
 ) -> Found {
     let asked = asked(face, outcome, first.size());
+    let skin = skin(face.mesh(), &outcome.first, &outcome.camera, first.size());
     let mark = |v: u32| project.features.get(&v).and_then(|f| f.last);
     let usable = |state: MarkState| state != MarkState::Occluded;
     let points: Vec<Point> = asked
@@ -169,11 +170,11 @@ pub fn found_after(
         .map(|&v| Point {
             first: outcome.first_in_image[v as usize],
             known: mark(v).filter(|m| usable(m.state)).map(|m| Point2::from(m.at_px)),
+            triangle: skin.at_vertex(v as usize),
         })
         .collect();
-    let skin = skin(face, outcome, first.size());
-    let tracker = Tracker::new(first, &points, &skin, settings_for(outcome)).after(followed.0.clone());
-    let tracks = tracker.find(last);
+    let tracker = Tracker::new(first, &points, settings_for(outcome)).after(followed.0.clone());
+    let tracks = tracker.find(last, &skin);
     let crossing = |c: &Carried| GridCrossing {
         row: c.row.unsigned_abs(),
         column: c.column.unsigned_abs(),
@@ -216,10 +217,14 @@ fn asked(face: &FaceModel, outcome: &Outcome, size: [usize; 2]) -> Vec<u32> {
     (0..seen.len()).filter(|&v| seen[v] && inside(outcome.first_in_image[v])).map(|v| v as u32).collect()
 }
 
-/// The skin that faces the camera.
-fn skin(face: &FaceModel, outcome: &Outcome, size: [usize; 2]) -> Skin {
-    let seen = seen(face.mesh(), &outcome.first, outcome.camera.z_prp_mm);
-    skin_between(face.mesh(), &seen, &outcome.first_in_image, size)
+/// The skin that a camera sees of a face whose vertices lie at some places.
+pub(crate) fn skin(mesh: &Mesh, places: &[Point3<f64>], camera: &Camera, size: [usize; 2]) -> Skin {
+    let corner = |x: &Point3<f64>| {
+        let p = camera.image_from_face(x);
+        Corner { x: p.x, y: p.y, depth: camera.z_prp_mm - x.z }
+    };
+    let corners: Vec<Corner> = places.iter().map(corner).collect();
+    Skin::of(mesh, &seen(mesh, places, camera.z_prp_mm), &corners, size)
 }
 
 /// Whether each vertex of a face faces a camera at a height of `eye_mm` before it.
@@ -230,12 +235,6 @@ pub(crate) fn seen(mesh: &Mesh, places: &[Point3<f64>], eye_mm: f64) -> Vec<bool
         (eye - at).try_normalize(1e-9).is_some_and(|towards| normal.dot(&towards) > SEEN)
     };
     places.iter().zip(&normals).map(faces).collect()
-}
-
-/// The pixels of the triangles whose corners are all seen.
-pub(crate) fn skin_between(mesh: &Mesh, seen: &[bool], in_image: &[Point2<f64>], size: [usize; 2]) -> Skin {
-    let corners = mesh.triangles().iter().map(|t| t.map(|v| v as usize));
-    Skin::of(corners.filter(|t| t.iter().all(|v| seen[*v])).map(|t| t.map(|v| in_image[v])), size)
 }
 
 #[cfg(test)]

@@ -99,6 +99,25 @@ impl Raster {
         });
         picture
     }
+
+    /// The nearest triangle at the middle of every pixel, row by row; none where there is none. Samples are not asked for.
+    pub fn nearest(&self, triangles: &[[Corner; 3]]) -> Vec<Option<u32>> {
+        let whole = Self { samples: 1, ..*self };
+        let mut nearest = vec![None; self.width as usize * self.height as usize];
+        if nearest.is_empty() {
+            return nearest;
+        }
+        nearest.par_chunks_mut(self.width as usize * BAND_ROWS as usize).enumerate().for_each(|(b, pixels)| {
+            let mut band = Band::new(&whole, b as u32 * BAND_ROWS, (pixels.len() / self.width as usize) as u32);
+            for (i, corners) in triangles.iter().enumerate() {
+                band.cover(i as u32, corners);
+            }
+            for (pixel, sample) in pixels.iter_mut().zip(&band.samples) {
+                *pixel = (sample.triangle != u32::MAX).then_some(sample.triangle);
+            }
+        });
+        nearest
+    }
 }
 
 /// Some rows of the picture, in samples.
@@ -282,6 +301,21 @@ mod tests {
         let raster = Raster { width: 100, height: 80, samples: 4 };
         let picture = raster.draw(&[t], |_| BLACK, &[], |_, _| WHITE);
         assert!((ink(&picture) - area).abs() < 3.0, "{} {area}", ink(&picture));
+    }
+
+    /// A far triangle over rows 0 to 19 of which the near one hides the left part: half planes x + y < 40 and x + y < 16 at pixels' middles.
+    #[test]
+    fn the_nearest_triangle_of_a_pixel_is_the_one_in_front() {
+        let far = corners([[0.0, 0.0, 2.0], [40.0, 0.0, 2.0], [0.0, 40.0, 2.0]]);
+        let near = corners([[0.0, 0.0, 1.0], [16.0, 0.0, 1.0], [0.0, 16.0, 1.0]]);
+        let raster = Raster { width: 50, height: 20, samples: 3 };
+        for (k, found) in raster.nearest(&[far, near]).into_iter().enumerate() {
+            // Middles on a border belong to it.
+            let sum = (k % 50 + k / 50 + 1) as f64;
+            let expected = if sum <= 16.0 { Some(1) } else { (sum <= 40.0).then_some(0) };
+            assert_eq!(found, expected, "{} {}", k % 50, k / 50);
+        }
+        assert!(Raster { width: 0, ..raster }.nearest(&[far]).is_empty());
     }
 
     #[test]

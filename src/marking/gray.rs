@@ -9,6 +9,7 @@ use image::RgbImage;
 use nalgebra::Point2;
 use rayon::prelude::*;
 
+use super::cubic::splines;
 use super::lanes::{LANES, Lanes, split};
 
 /// Brightness of every pixel, 0 black to 255 white, in display values.
@@ -271,21 +272,11 @@ impl Taps {
         let last = size - 1;
         let x = if x.is_finite() { x.clamp(0.0, last as f64) } else { 0.0 };
         let whole = (x as usize).min(last);
-        let t = x - whole as f64;
-        let s = 1.0 - t;
+        let [weights, slopes, _] = splines(x - whole as f64);
         // Beyond the border the picture is mirrored about its outermost pixels, as the filter takes it to be.
         let mirrored = |i: usize| if i <= last { i } else { (2 * last).saturating_sub(i) };
         let before = if whole == 0 { mirrored(1) } else { whole - 1 };
-        Self {
-            pixels: [before, whole, mirrored(whole + 1), mirrored(whole + 2)],
-            weights: [
-                s * s * s / 6.0,
-                2.0 / 3.0 - t * t * (2.0 - t) / 2.0,
-                2.0 / 3.0 - s * s * (2.0 - s) / 2.0,
-                t * t * t / 6.0,
-            ],
-            slopes: [-s * s / 2.0, t * (1.5 * t - 2.0), -s * (1.5 * s - 2.0), t * t / 2.0],
-        }
+        Self { pixels: [before, whole, mirrored(whole + 1), mirrored(whole + 2)], weights, slopes }
     }
 }
 

@@ -3,12 +3,13 @@
 //! Nothing here changes a project. What is found is a proposal with its doubt: a place, a standard error, a confidence.
 //!
 //! ```text
-//!  picture ─▶ prepared ─┬▶ patch: one neighbourhood, sub-pixel ──────┬▶ tracking: many points, led by their neighbours ─▶ confidence
+//!  picture ─▶ prepared ─┬▶ patch: one neighbourhood, sub-pixel ──────┬▶ registration: all the skin at once ─▶ tracking: many points ─▶ confidence
 //!                       └▶ grid_crossing ─▶ grid: which one is which ┘
 //! ```
 
 pub mod confidence;
 pub mod consistency;
+mod cubic;
 pub mod gray;
 pub mod grid;
 pub mod grid_crossing;

@@ -1,13 +1,14 @@
-//! Finds many points of skin again in another picture: coarse to fine, over a painted grid if there is one, each led by its neighbours.
+//! Finds many points of skin again in another picture: coarse to fine, over a painted grid if there is one, all the skin at once.
 //!
 //! ```text
-//!  smallest picture ─▶ … ─▶ half ─▶ field of the motion ─▶ grid: which crossing is which ─▶ every point, sub-pixel ─▶ judged
+//!  smallest picture ─▶ … ─▶ half ─▶ field of the motion ─▶ grid: which crossing is which ─▶ all the skin registered ─▶ every point, judged
 //! ```
 //!
 //! Scouts, some of the points, are followed from the smallest copy of the pictures to the half-sized one; the motion between them is the
 //! field. A painted grid repeats itself, so a match alone may sit in the wrong cell; the grid's crossings are therefore told apart by
-//! walking along the lines, and lead all points near them. Through the frames of a film the field is carried from frame to frame, while
-//! every neighbourhood is cut from the first frame, so that errors do not add up.
+//! walking along the lines and by the skin inside its cells, and hold all skin near them. The field begins the registration
+//! ([`super::registration`]), which says where every point lies; where it fits badly a point's own neighbourhood is asked. Through the frames of a film the field is carried
+//! from frame to frame, while the first frame is registered to the last directly, so that errors do not add up.
 
 use nalgebra::{Point2, Vector2};
 use rayon::prelude::*;
@@ -49,6 +50,15 @@ pub struct Point {
     pub first: Point2<f64>,
     /// Where a hand has marked it in the other, px.
     pub known: Option<Point2<f64>>,
+    /// A triangle of the skin that it belongs to, if known: of lips that touch its place alone does not tell which.
+    pub triangle: Option<u32>,
+}
+
+impl Point {
+    /// A point that nobody has marked.
+    pub fn at(first: Point2<f64>) -> Self {
+        Self { first, known: None, triangle: None }
+    }
 }
 
 /// How a point was found.
@@ -72,7 +82,8 @@ pub enum Method {
 pub struct Tracked {
     /// Where it lies in the other picture, px.
     pub at: Point2<f64>,
-    /// Standard error along x and y, px; see [`Match::sigma_px`].
+    /// Standard error along x and y that the search states, px: on skin about three times too small, because slopes of noise look like something to hold on
+    /// to; [`super::confidence`] corrects it.
     pub sigma_px: [f64; 2],
     /// What the pictures differ by about it, in variances of their noise: 1 where they agree.
     pub misfit: f64,
@@ -86,7 +97,6 @@ pub struct Tracked {
 pub struct Tracker<'a> {
     first: &'a Prepared,
     points: &'a [Point],
-    skin: &'a Skin,
     settings: TrackSettings,
     /// Crossings in the first picture.
     pieces: Vec<grid::Piece>,
@@ -130,10 +140,10 @@ const FEWEST_CROSSINGS: usize = 6;
 
 impl<'a> Tracker<'a> {
     /// Begins at the first picture: finds the crossings of a painted grid in it.
-    pub fn new(first: &'a Prepared, points: &'a [Point], skin: &'a Skin, settings: TrackSettings) -> Self {
+    pub fn new(first: &'a Prepared, points: &'a [Point], settings: TrackSettings) -> Self {
         let about: Vec<Point2<f64>> = points.iter().map(|p| p.first).collect();
         let pieces = if settings.grid { grid::pieces(first, &about, settings.px_per_mm) } else { Vec::new() };
-        Self { first, points, skin, settings, pieces, field: Vec::new() }
+        Self { first, points, settings, pieces, field: Vec::new() }
     }
 
     /// Goes on to a picture on the way: the field of the motion follows, from small to large.
@@ -152,8 +162,8 @@ impl<'a> Tracker<'a> {
         Self { field, ..self }
     }
 
-    /// Finds every point in the last picture.
-    pub fn find(&self, last: &Prepared) -> Tracks {
+    /// Finds every point in the last picture, on the skin that the first shows.
+    pub fn find(&self, last: &Prepared, skin: &Skin) -> Tracks {
         let known: Vec<Leader> = self.points.iter().filter_map(leader_of_mark).collect();
         let field = self.scouted(last, &known);
         let expected = |at: &Point2<f64>| Lead::of(&field, at, None).map(|l| l.guess.at);
@@ -178,7 +188,7 @@ impl<'a> Tracker<'a> {
         let begin: Vec<Leader> = field.into_iter().filter(apart).collect();
         let registration = Registration::of(&Task {
             pictures: [self.first, last],
-            skin: self.skin,
+            skin,
             px_per_mm: s.px_per_mm,
             anchors: &anchors,
             begin: &begin,
@@ -188,7 +198,10 @@ impl<'a> Tracker<'a> {
             if p.known.is_some() {
                 return None;
             }
-            let registered = registration.as_ref().and_then(|r| r.at(&p.first));
+            let registered = registration.as_ref().and_then(|r| {
+                let triangle = p.triangle.or_else(|| skin.near(&p.first))?;
+                r.at(&p.first, triangle)
+            });
             let on = self.crossing_at(&p.first, &grid);
             let method = match on {
                 Some(c) => Method::Crossing { column: c.column, row: c.row },
@@ -342,7 +355,7 @@ fn believed(found: &[Leader], scale: f64) -> Vec<Leader> {
 
 /// Finds points of the first picture in the last; see [`Tracker`].
 pub fn track(first: &Prepared, last: &Prepared, points: &[Point], skin: &Skin, settings: &TrackSettings) -> Tracks {
-    Tracker::new(first, points, skin, *settings).find(last)
+    Tracker::new(first, points, *settings).find(last, skin)
 }
 
 /// Where what was found leads a point that was not: no match, only the motion of its surroundings, with the distance of the three

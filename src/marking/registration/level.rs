@@ -5,6 +5,8 @@
     reason = "only what is inlined into the dispatched function is compiled for wide registers"
 )]
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Matrix2, Point2, Vector2};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -13,6 +15,7 @@ use super::super::gray::Spline;
 use super::super::lanes::LANES;
 use super::Field;
 use super::lattice::{Lattice, REACH, Taps};
+use super::skin::Skin;
 
 /// Tiles that are compared at once.
 const CHUNK: usize = 128;
@@ -32,8 +35,10 @@ pub(super) struct Level<'a> {
     pixels: Vec<Pixel>,
 }
 
-/// A square of pixels.
+/// A square of pixels, of one piece of skin.
 struct Tile {
+    /// The triangle that its first pixel shows.
+    triangle: u32,
     /// Its middle, in pixels of the pictures themselves.
     middle: Point2<f64>,
     column: usize,
@@ -50,7 +55,15 @@ struct Pixel {
     slope: [f32; 2],
 }
 
-/// The nodes that reach each tile.
+/// What reaches the tiles.
+pub(super) struct Reaches {
+    /// The nodes that reach each tile; none for one beyond the lattice.
+    pub(super) tiles: Vec<Option<Reach>>,
+    /// Tiles that the same nodes reach.
+    pub(super) cells: Vec<Vec<usize>>,
+}
+
+/// The nodes that reach a tile.
 pub(super) struct Reach {
     pub(super) nodes: [usize; REACH],
     pub(super) values: [f64; REACH],
@@ -74,18 +87,19 @@ pub(super) const SLOPE_NOISE: f64 = 0.0799;
 type Found = Vec<[f32; 3]>;
 
 impl<'a> Level<'a> {
-    /// The pixels of skin (`is_skin`, of a pixel of the pictures themselves), in tiles no larger than two fifths of the spacing of the nodes.
+    /// The pixels of skin, in tiles no larger than two fifths of the spacing of the nodes. `scale`: pixels of the pictures themselves, of
+    /// which there are `size`, along one of these.
     pub(super) fn new(
         [first, last]: [&'a Spline; 2],
         scale: usize,
         size: [usize; 2],
         spacing: f64,
-        is_skin: &(dyn Fn(usize, usize) -> bool + Sync),
+        skin: &Skin,
     ) -> Self {
-        let third = spacing / (2.5 * scale as f64);
-        let side = if third >= MOST_SIDE as f64 {
+        let most = spacing / (2.5 * scale as f64);
+        let side = if most >= MOST_SIDE as f64 {
             MOST_SIDE
-        } else if third >= 2.0 {
+        } else if most >= 2.0 {
             2
         } else {
             1
@@ -100,60 +114,63 @@ impl<'a> Level<'a> {
             for column in 0..columns {
                 let [x0, y0] = [column * side, row * side];
                 let middle = [x0, y0].map(|k| middle_of(k as f64 + 0.5 * side as f64));
-                let mut pixels = Vec::new();
+                let mut pieces: Vec<(u32, Vec<Pixel>)> = Vec::new();
                 for y in y0..(y0 + side).min(small[1]) {
                     for x in x0..(x0 + side).min(small[0]) {
-                        if !is_skin((x * scale).min(size[0] - 1), (y * scale).min(size[1] - 1)) {
-                            continue;
-                        }
+                        let shown = skin.shown((x * scale).min(size[0] - 1), (y * scale).min(size[1] - 1));
+                        let Some(triangle) = shown else { continue };
                         let s = first.sample(&Point2::new(x as f64 + 0.5, y as f64 + 0.5));
-                        pixels.push(Pixel {
+                        let pixel = Pixel {
                             offset: [
                                 (middle_of(x as f64 + 0.5) - middle[0]) as f32,
                                 (middle_of(y as f64 + 0.5) - middle[1]) as f32,
                             ],
                             value: s.value as f32,
                             slope: s.slope.map(|v| (v / full) as f32),
-                        });
+                        };
+                        match pieces.iter_mut().find(|(t, _)| *t == triangle || skin.touch(*t, triangle)) {
+                            Some((_, pixels)) => pixels.push(pixel),
+                            None => pieces.push((triangle, vec![pixel])),
+                        }
                     }
                 }
-                if !pixels.is_empty() {
-                    tiles.push((Point2::from(middle), column, pixels));
-                }
+                tiles.extend(pieces.into_iter().map(|(t, pixels)| (Point2::from(middle), column, t, pixels)));
             }
             tiles
         };
         let lines: Vec<_> = (0..rows).into_par_iter().map(of_row).collect();
         let (mut tiles, mut all) = (Vec::new(), Vec::new());
         for (row, line) in lines.into_iter().enumerate() {
-            for (middle, column, pixels) in line {
+            for (middle, column, triangle, pixels) in line {
                 let start = all.len();
                 all.extend(pixels);
-                tiles.push(Tile { middle, column, row, pixels: start..all.len() });
+                tiles.push(Tile { triangle, middle, column, row, pixels: start..all.len() });
             }
         }
         Self { last, scale: full, side, columns, rows, tiles, pixels: all }
     }
 
-    /// The nodes of a lattice that reach each tile; none for a tile beyond it.
-    pub(super) fn reach(&self, lattice: &Lattice) -> Vec<Option<Reach>> {
+    /// What of a lattice reaches the tiles.
+    pub(super) fn reach(&self, lattice: &Lattice) -> Reaches {
         let of = |tile: &Tile| {
             let taps = lattice.taps(&tile.middle);
-            lattice.reach(&taps).map(|(nodes, values)| Reach { nodes, values, taps })
+            lattice.reach(&taps, tile.triangle).map(|nodes| Reach { nodes, values: taps.values(), taps })
         };
-        self.tiles.par_iter().map(of).collect()
+        let tiles: Vec<Option<Reach>> = self.tiles.par_iter().map(of).collect();
+        let mut cells: BTreeMap<[usize; REACH], Vec<usize>> = BTreeMap::new();
+        for (k, reach) in tiles.iter().enumerate() {
+            if let Some(reach) = reach {
+                cells.entry(reach.nodes).or_default().push(k);
+            }
+        }
+        Reaches { tiles, cells: cells.into_values().collect() }
     }
 
     /// Compares the pictures through a motion. Light may change over `light_px`; what the pictures
     /// differ by beyond `outlier` times its spread counts less and less (Cauchy). Gives each tile's pull and the variance of white noise
     /// of a pixel that would make that spread.
-    pub(super) fn compare(
-        &self,
-        field: &Field,
-        reach: &[Option<Reach>],
-        light_px: f64,
-        outlier: f64,
-    ) -> (Vec<Pull>, f64) {
+    pub(super) fn compare(&self, field: &Field, reach: &Reaches, light_px: f64, outlier: f64) -> (Vec<Pull>, f64) {
+        let reach = &reach.tiles;
         let found = self.found(field, reach);
         let gains = self.gains(&found, reach, light_px);
         let left = |k: usize, gain: f32| found[k][0] - gain * self.pixels[k].value;
