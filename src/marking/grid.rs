@@ -12,6 +12,11 @@ use rayon::prelude::*;
 use super::grid_crossing::{self, Crossing, CrossingSettings};
 use super::prepared::Prepared;
 
+mod carry;
+mod cells;
+
+pub use carry::carry;
+
 /// A crossing with its place in the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridPoint {
@@ -328,132 +333,6 @@ fn lies_right(points: &[GridPoint], index: &BTreeMap<(i32, i32), usize>, i: usiz
     4 * wrong < count
 }
 
-/// Which crossing of the first picture is which in the last.
-///
-/// Each crossing is sent to where `expected` says, and votes for the shift of columns and rows that the nearest crossing there has. The
-/// whole grid follows the majority: where the skin moved by a cell a few are sent to the wrong one, and it does no harm.
-pub fn carry(
-    first: &[Piece],
-    last: &[Piece],
-    expected: &(dyn Fn(&Point2<f64>) -> Option<Point2<f64>> + Sync),
-) -> Vec<Carried> {
-    let [first, last] = [joined(first), joined(last)];
-    let mut votes: BTreeMap<(i32, i32), usize> = BTreeMap::new();
-    for p in &first {
-        let Some(to) = expected(&p.crossing.at) else { continue };
-        let distance = |q: &&GridPoint| (q.crossing.at - to).norm();
-        let Some(nearest) = last.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))) else { continue };
-        if distance(&nearest) < 0.4 * spacing(&last, nearest) {
-            *votes.entry((nearest.column - p.column, nearest.row - p.row)).or_default() += 1;
-        }
-    }
-    let total: usize = votes.values().sum();
-    let Some((&(dc, dr), &most)) = votes.iter().max_by_key(|(_, n)| **n) else { return Vec::new() };
-    if most < FEWEST || 2 * most < total {
-        return Vec::new();
-    }
-    let at: BTreeMap<(i32, i32), Crossing> = last.iter().map(|p| ((p.column - dc, p.row - dr), p.crossing)).collect();
-    let left = first.iter().map(|p| p.column).min().unwrap_or(0);
-    let top = first.iter().map(|p| p.row).min().unwrap_or(0);
-    let carried = first.iter().filter_map(|p| {
-        let last = *at.get(&(p.column, p.row))?;
-        Some(Carried { column: p.column - left, row: p.row - top, first: p.crossing, last })
-    });
-    agreeing(carried.collect())
-}
-
-/// The crossings of all pieces that can be numbered alike, each column and row once.
-fn joined(pieces: &[Piece]) -> Vec<GridPoint> {
-    let mut all: BTreeMap<(i32, i32), GridPoint> = BTreeMap::new();
-    for (piece, shift) in pieces.iter().zip(numbered(pieces)) {
-        let Some([dc, dr]) = shift else { continue };
-        for p in &piece.points {
-            let (column, row) = (p.column + dc, p.row + dr);
-            all.entry((column, row)).or_insert(GridPoint { column, row, crossing: p.crossing });
-        }
-    }
-    all.into_values().collect()
-}
-
-/// Distance of a crossing from the nearest other one, px.
-fn spacing(points: &[GridPoint], of: &GridPoint) -> f64 {
-    let apart = |p: &GridPoint| (p.crossing.at - of.crossing.at).norm();
-    points.iter().map(apart).filter(|d| *d > 1e-6).fold(f64::INFINITY, f64::min)
-}
-
-/// What must be added to each piece's columns and rows so that all count alike: the largest piece counts, the others lie where its lines
-/// would run on. None for a piece that lies between lines or too far away to tell.
-fn numbered(pieces: &[Piece]) -> Vec<Option<[i32; 2]>> {
-    let mut shifts: Vec<Option<[i32; 2]>> = vec![None; pieces.len()];
-    let mut counted: Vec<(Vector2<f64>, Point2<f64>)> = Vec::new();
-    for (k, piece) in pieces.iter().enumerate() {
-        let shift = if k == 0 {
-            Some([0, 0])
-        } else {
-            let mut votes: BTreeMap<[i32; 2], usize> = BTreeMap::new();
-            for p in &piece.points {
-                if let Some(label) = label_of(&counted, &p.crossing.at) {
-                    let exact = label - Vector2::new(f64::from(p.column), f64::from(p.row));
-                    let whole = exact.map(f64::round);
-                    if (exact - whole).norm() < 0.3 {
-                        *votes.entry([whole.x as i32, whole.y as i32]).or_default() += 1;
-                    }
-                }
-            }
-            let best = votes.into_iter().max_by_key(|(_, n)| *n);
-            best.filter(|(_, n)| 2 * n > piece.points.len()).map(|(shift, _)| shift)
-        };
-        if let Some([dc, dr]) = shift {
-            counted.extend(
-                piece
-                    .points
-                    .iter()
-                    .map(|p| (Vector2::new(f64::from(p.column + dc), f64::from(p.row + dr)), p.crossing.at)),
-            );
-        }
-        shifts[k] = shift;
-    }
-    shifts
-}
-
-/// Column and row, as fractions, of a place: an affine map through the eight nearest counted crossings.
-fn label_of(counted: &[(Vector2<f64>, Point2<f64>)], at: &Point2<f64>) -> Option<Vector2<f64>> {
-    let mut near: Vec<&(Vector2<f64>, Point2<f64>)> = counted.iter().collect();
-    near.sort_by(|a, b| (a.1 - at).norm().total_cmp(&(b.1 - at).norm()));
-    near.truncate(8);
-    let n = near.len() as f64;
-    let label = near.iter().map(|p| p.0).sum::<Vector2<f64>>() / n;
-    let place = near.iter().map(|p| p.1.coords).sum::<Vector2<f64>>() / n;
-    let (mut square, mut both) = (Matrix2::zeros(), Matrix2::zeros());
-    for p in &near {
-        let d = p.1.coords - place;
-        square += d * d.transpose();
-        both += (p.0 - label) * d.transpose();
-    }
-    let map = both * square.try_inverse()?;
-    let offset = at.coords - place;
-    // Farther than three cells away the lines may have bent elsewhere.
-    let found = label + map * offset;
-    ((map * offset).norm() < 4.0).then_some(found)
-}
-
-/// Those whose motion agrees with that of the crossings beside them in the grid.
-fn agreeing(carried: Vec<Carried>) -> Vec<Carried> {
-    let at: BTreeMap<(i32, i32), usize> = carried.iter().enumerate().map(|(k, c)| ((c.column, c.row), k)).collect();
-    let motion = |c: &Carried| c.last.at - c.first.at;
-    let agrees = |c: &Carried| {
-        let beside: Vec<&Carried> = [[1, 0], [-1, 0], [0, 1], [0, -1]]
-            .iter()
-            .filter_map(|[dc, dr]| at.get(&(c.column + dc, c.row + dr)).map(|k| &carried[*k]))
-            .collect();
-        let mean = beside.iter().map(|b| motion(b)).sum::<Vector2<f64>>() / beside.len().max(1) as f64;
-        let apart = beside.iter().map(|b| (b.first.at - c.first.at).norm()).fold(f64::INFINITY, f64::min);
-        !beside.is_empty() && (motion(c) - mean).norm() < 0.6 * apart
-    };
-    let keep: Vec<bool> = carried.iter().map(agrees).collect();
-    carried.into_iter().zip(keep).filter(|(_, k)| *k).map(|(c, _)| c).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -501,7 +380,7 @@ mod tests {
         let rise = |y: f64| 27.0 / (1.0 + (-(y - 170.0) / 14.0).exp());
         let last = painted(|x, y| [x + 0.02 * y, y + rise(y)], false);
         let (a, b) = (pieces(&first, &about(), 4.0), pieces(&last, &about(), 4.0));
-        let carried = carry(&a, &b, &|p| Some(*p));
+        let carried = carry([&first, &last], [&a, &b], &|p| Some(*p));
         assert!(carried.len() > 40, "{} of 63", carried.len());
         for c in &carried {
             // Where the crossing must lie, from the map itself: v is a multiple of 30.
@@ -518,7 +397,7 @@ mod tests {
     fn hair_over_the_lines_misleads_no_one() {
         let picture = painted(|x, y| [x, y], true);
         let found = pieces(&picture, &about(), 4.0);
-        let all = joined(&found);
+        let all = carry::joined(&found.iter().map(carry::untold).collect::<Vec<_>>());
         assert!(all.len() > 20, "{}", all.len());
         let zero = all[0];
         for p in &all {
@@ -540,6 +419,6 @@ mod tests {
     fn bare_skin_has_no_grid() {
         let bare = painted(|x, y| [15.0 + 0.001 * x, 15.0 + 0.001 * y], false);
         assert!(pieces(&bare, &about(), 4.0).is_empty());
-        assert!(pieces(&bare, &[], 4.0).is_empty() && carry(&[], &[], &|p| Some(*p)).is_empty());
+        assert!(pieces(&bare, &[], 4.0).is_empty() && carry([&bare, &bare], [&[], &[]], &|p| Some(*p)).is_empty());
     }
 }

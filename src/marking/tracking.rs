@@ -170,7 +170,8 @@ impl<'a> Tracker<'a> {
         let mut grid = Vec::new();
         if !self.pieces.is_empty() {
             let about: Vec<Point2<f64>> = self.points.iter().filter_map(|p| expected(&p.first)).collect();
-            grid = grid::carry(&self.pieces, &grid::pieces(last, &about, self.settings.px_per_mm), &expected);
+            let pieces = grid::pieces(last, &about, self.settings.px_per_mm);
+            grid = grid::carry([self.first, last], [&self.pieces, &pieces], &expected);
         }
         if grid.len() < FEWEST_CROSSINGS {
             grid.clear();
