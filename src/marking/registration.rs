@@ -63,6 +63,8 @@ pub struct Registered {
     pub sigma_px: [f64; 2],
     /// What the pictures differ by about it, in variances of the noise: 1 where they agree.
     pub misfit: f64,
+    /// The same in variances of no less noise than 4.6 grey levels a picture: what light and lens leave between clean pictures is no doubt of the place.
+    pub unlike: f64,
     /// The same in grey levels, root mean square.
     pub left: f64,
     /// The share of the skin in the slopes about it; the rest is noise, which looks like something to hold on to. About 0 on even skin.
@@ -119,6 +121,9 @@ const BEGIN_PX: f64 = 0.4;
 const LED_PX: f64 = 0.7;
 /// How strongly a motion through a few places is held not to bend, per squared px of a second difference.
 const BEGIN_BEND: f64 = 0.3;
+/// Variance of the noise in the difference of two pixels below which confidence takes no account of it, grey levels squared: that of the scenes
+/// on which confidence was fitted (5.1 a picture) is a fifth more.
+const LEAST_NOISE: f64 = 43.0;
 /// Draws of the posterior: a standard error of them is known to an eighth.
 const DRAWS: usize = 32;
 
@@ -223,6 +228,7 @@ impl Registration {
             guess: Guess { at: at + motion, warp: Matrix2::identity() + gradient, bend: [bend(0), bend(1)] },
             sigma_px: [squares.x, squares.y].map(|s| (s / self.draws.len().max(1) as f64).sqrt()),
             misfit: left * level::SHARED / self.variance,
+            unlike: left * level::SHARED / self.variance.max(LEAST_NOISE),
             left: left.sqrt(),
             told: if about.slopes > 0.0 { 1.0 - about.noise / about.slopes } else { 0.0 },
         })

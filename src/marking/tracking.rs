@@ -85,7 +85,8 @@ pub struct Tracked {
     /// Standard error along x and y that the search states, px: on skin about three times too small, because slopes of noise look like something to hold on
     /// to; [`super::confidence`] corrects it.
     pub sigma_px: [f64; 2],
-    /// What the pictures differ by about it, in variances of their noise: 1 where they agree.
+    /// What the pictures differ by about it, in variances of their noise, or of that of the scenes on which confidence was fitted where they have
+    /// less: 1 where they agree; see [`Registered::unlike`].
     pub misfit: f64,
     /// How sure it is that the point lies within 1 px, 0 to 1; see [`super::confidence`].
     pub confidence: f64,
@@ -299,12 +300,12 @@ impl<'a> Tracker<'a> {
             }
             // Skin that folds or unfolds may move as no smooth surface does: there its own neighbourhood is asked, too.
             (Some(r), None) => match (r.misfit > DOUBTFUL).then(|| own(s.close_mm)) {
-                Some(Ok(m)) if m.left < BETTER * r.left => of(m.at, m.sigma_px, r.misfit * (m.left / r.left).powi(2)),
-                _ => of(r.guess.at, r.sigma_px, r.misfit),
+                Some(Ok(m)) if m.left < BETTER * r.left => of(m.at, m.sigma_px, r.unlike * (m.left / r.left).powi(2)),
+                _ => of(r.guess.at, r.sigma_px, r.unlike),
             },
             (r, on) => {
                 let m = own(if on.is_some() { s.close_mm } else { s.radius_mm })?;
-                of(m.at, m.sigma_px, r.map_or(1.0, |r| r.misfit))
+                of(m.at, m.sigma_px, r.map_or(1.0, |r| r.unlike))
             }
         };
         Ok(Tracked { confidence: super::confidence::of(&tracked), ..tracked })
