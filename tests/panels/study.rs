@@ -261,8 +261,18 @@ fn a_study_is_stopped_and_goes_on_where_it_was() {
     window.get_by_role_and_label(egui::Role::Button, "Start").click();
     until(&mut window, &|w| finished(w) >= 4);
     assert!(says(&window, "cases") && window.state().study_work().is_running());
+    // What the status bar tells of it moves no frame under the pointer.
+    keys(&mut window, Modifiers::COMMAND, Key::Num1);
+    window.run_steps(2);
+    assert!(window.query_by_role_and_label(egui::Role::Button, "Stop").is_some());
+    let panes = |window: &Window| [0, 1].map(|k| window.state().view().frames.panes[k].rect);
+    let told = panes(&window);
     window.state_mut().push(Command::Do(Action::StopStudy));
     until(&mut window, &|w| w.state().study_work().is_free());
+    window.run_steps(2);
+    assert!(window.query_by_role_and_label(egui::Role::Button, "Stop").is_none());
+    assert_eq!(panes(&window), told);
+    keys(&mut window, Modifiers::COMMAND, Key::Num6);
     let kept = window.state().study_work().stopped().unwrap().finished;
     assert!(kept >= 4 && says(&window, "Stopped at"));
     window.get_by_role_and_label(egui::Role::Button, "Go on").click();

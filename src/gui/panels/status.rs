@@ -15,6 +15,9 @@ use crate::gui::view_state::{NoticeKind, Workspace};
 use crate::gui::{Action, Command, Scene, ViewState, theme};
 use crate::project::Which;
 
+/// Side of the sign that something is under way, ui points.
+const SPINNER: f32 = 14.0;
+
 /// Shows the bar.
 pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut ViewState, jobs: &Jobs, commands: &mut Vec<Command>) {
     let p = theme::palette(ui.visuals());
@@ -31,7 +34,8 @@ pub fn show(ui: &mut egui::Ui, scene: Scene<'_>, view: &mut ViewState, jobs: &Jo
         }
         for job in jobs.running().iter().filter(|j| told(j)) {
             ui.separator();
-            ui.spinner();
+            // No higher than the words: a bar that grows would move the panes under the pointer.
+            ui.add(egui::Spinner::new().size(SPINNER));
             ui.label(&job.name);
             let share = job.progress.share();
             if share > 0.0 {
