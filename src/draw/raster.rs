@@ -87,10 +87,7 @@ impl Raster {
         let band_bytes = 3 * self.width as usize * BAND_ROWS as usize;
         picture.par_chunks_mut(band_bytes).enumerate().for_each(|(b, pixels)| {
             let rows = (pixels.len() / (3 * self.width as usize)) as u32;
-            let mut band = Band::new(self, b as u32 * BAND_ROWS, rows);
-            for (i, corners) in triangles.iter().enumerate() {
-                band.cover(i as u32, corners);
-            }
+            let band = Band::covered(self, b as u32 * BAND_ROWS, rows, triangles);
             let mut colours = band.shade(&shade, &background);
             for line in lines {
                 band.stroke(line, &mut colours);
@@ -108,10 +105,8 @@ impl Raster {
             return nearest;
         }
         nearest.par_chunks_mut(self.width as usize * BAND_ROWS as usize).enumerate().for_each(|(b, pixels)| {
-            let mut band = Band::new(&whole, b as u32 * BAND_ROWS, (pixels.len() / self.width as usize) as u32);
-            for (i, corners) in triangles.iter().enumerate() {
-                band.cover(i as u32, corners);
-            }
+            let rows = (pixels.len() / self.width as usize) as u32;
+            let band = Band::covered(&whole, b as u32 * BAND_ROWS, rows, triangles);
             for (pixel, sample) in pixels.iter_mut().zip(&band.samples) {
                 *pixel = (sample.triangle != u32::MAX).then_some(sample.triangle);
             }
@@ -132,16 +127,21 @@ struct Band {
 }
 
 impl Band {
-    fn new(raster: &Raster, first_row: u32, rows: u32) -> Self {
+    /// The rows of a raster from the first on, with the nearest triangle of each sample.
+    fn covered(raster: &Raster, first_row: u32, rows: u32, triangles: &[[Corner; 3]]) -> Self {
         let per_px = raster.samples.clamp(1, 8);
         let (width, height) = ((raster.width * per_px) as usize, (rows * per_px) as usize);
-        Self {
+        let mut band = Self {
             per_px: f64::from(per_px),
             width,
             height,
             top: f64::from(first_row * per_px),
             samples: vec![NOTHING; width * height],
+        };
+        for (i, corners) in triangles.iter().enumerate() {
+            band.cover(i as u32, corners);
         }
+        band
     }
 
     /// The corner in samples of this band, relative to the middle of its first sample.

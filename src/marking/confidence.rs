@@ -13,7 +13,7 @@ pub fn of(t: &Tracked) -> f64 {
 }
 
 /// What s² is made of: a constant, the stated variance (px²), and by how much the pictures differ about the point more than their noise.
-pub fn features(t: &Tracked) -> [f64; 3] {
+fn features(t: &Tracked) -> [f64; 3] {
     let stated = 0.5 * (t.sigma_px[0].powi(2) + t.sigma_px[1].powi(2));
     [1.0, stated, (t.misfit - 1.0).clamp(0.0, MOST_MISFIT)]
 }

@@ -1,7 +1,7 @@
 //! Cubic B-splines: the four that reach a place.
 
-/// The four cubic B-splines at `t`, 0 to 1, between the second and the third of their nodes, with their first and second derivatives; nodes lie
-/// 1 apart.
+/// The four cubic B-splines at `t`, 0 to 1, between the second and the third of their nodes, with their first and second derivatives;
+/// nodes lie 1 apart.
 pub(super) fn splines(t: f64) -> [[f64; 4]; 3] {
     let s = 1.0 - t;
     [
@@ -15,7 +15,8 @@ pub(super) fn splines(t: f64) -> [[f64; 4]; 3] {
 mod tests {
     use super::*;
 
-    /// They add up to one, and make the parabola x² / 2 from x² / 2 − 1 / 6 at their nodes (Marsden's identity); derivatives are those of that.
+    /// They add up to one, and make the parabola x² / 2 from x² / 2 − 1 / 6 at their nodes (Marsden's identity); derivatives are those of
+    /// that.
     #[test]
     fn a_parabola_is_made_with_its_derivatives() {
         for t in [0.0, 0.25, 0.6, 1.0] {

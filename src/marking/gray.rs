@@ -280,6 +280,22 @@ impl Taps {
     }
 }
 
+/// Unevenness of a size, −½ to ½, known everywhere, that nowhere repeats itself: values at the corners of squares, smoothly between them.
+#[cfg(test)]
+pub(super) fn uneven(x: f64, y: f64, size: f64) -> f64 {
+    let corner = |i: i64, j: i64| {
+        let mixed = (i.wrapping_mul(0x9E37_79B9) ^ j.wrapping_mul(0x85EB_CA6B)).wrapping_mul(0xC2B2_AE35);
+        f64::from((mixed >> 13 & 0xFFFF) as u16) / 65535.0 - 0.5
+    };
+    let (x, y) = (x / size + 100.0, y / size + 100.0);
+    let (i, j) = (x.floor(), y.floor());
+    let ease = |t: f64| t * t * t * (t * (6.0 * t - 15.0) + 10.0);
+    let (s, t) = (ease(x - i), ease(y - j));
+    let (i, j) = (i as i64, j as i64);
+    let along = |j: i64| corner(i, j) * (1.0 - s) + corner(i + 1, j) * s;
+    along(j) * (1.0 - t) + along(j + 1) * t
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -372,8 +372,8 @@ mod tests {
         (0..300).map(|k| Point2::new(20.0 + 13.0 * f64::from(k % 20), 20.0 + 15.0 * f64::from(k / 20))).collect()
     }
 
-    /// The last picture's lower half is moved up by almost a whole cell: the nearest crossing is a wrong one for half of them, and the lines
-    /// tell. Skin (u, v) of a place (x, y) is y itself at the top and y + 27 at the bottom.
+    /// The last picture's lower half is moved up by almost a whole cell: the nearest crossing is a wrong one for half of them, and the
+    /// lines tell. Skin (u, v) of a place (x, y) is y itself at the top and y + 27 at the bottom.
     #[test]
     fn crossings_are_told_apart_where_the_skin_moved_by_a_cell() {
         let first = painted(|x, y| [x, y], false);
@@ -407,7 +407,8 @@ mod tests {
         }
     }
 
-    /// Two pixels, as a line of 1 mm is in a picture 500 px wide: the softened picture in which the lines are followed has half of the paint.
+    /// Two pixels, as a line of 1 mm is in a picture 500 px wide: the softened picture in which the lines are followed has half of the
+    /// paint.
     #[test]
     fn thin_lines_are_followed() {
         let picture = drawn(2.0, |x, y| [x + 0.03 * y, y - 0.02 * x], false);

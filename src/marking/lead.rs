@@ -13,6 +13,8 @@ pub struct Leader {
     pub last: Point2<f64>,
     /// Standard error of that, px.
     pub sigma_px: f64,
+    /// A triangle of the skin that it belongs to, where its place alone does not tell.
+    pub triangle: Option<u32>,
 }
 
 /// Where leaders lead a place.
@@ -35,7 +37,8 @@ const BEND_PER_PX: f64 = 0.003;
 impl Lead {
     /// A place led by the nearest leaders but one (`without`, an index); none where there are none.
     ///
-    /// Least squares of u(o) = Σ P φ(o) with weights that fall off with the distance and with the leaders' errors, and P held weakly to zero.
+    /// Least squares of u(o) = Σ P φ(o) with weights that fall off with the distance and with the leaders' errors, and P held weakly to
+    /// zero.
     pub fn of(leaders: &[Leader], at: &Point2<f64>, without: Option<usize>) -> Option<Self> {
         let distances = leaders.iter().enumerate().filter(|(k, _)| Some(*k) != without);
         let mut near: Vec<(f64, usize)> = distances.map(|(k, l)| ((l.first - at).norm(), k)).collect();
@@ -102,7 +105,7 @@ mod tests {
         let leaders: Vec<Leader> = (0..36)
             .map(|k| {
                 let first = Point2::new(f64::from(k % 6) * 20.0, f64::from(k / 6) * 20.0);
-                Leader { first, last: first + motion(&first), sigma_px: 0.05 }
+                Leader { first, last: first + motion(&first), sigma_px: 0.05, triangle: None }
             })
             .collect();
         let at = Point2::new(53.0, 47.0);

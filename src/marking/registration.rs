@@ -1,17 +1,17 @@
 //! Registers all the skin of one picture to another at once: the one motion under which every pixel of both looks alike and that bends no
 //! more than it must.
 //!
-//! A neighbourhood that is followed by itself knows nothing of the skin beside it. Here the motion u is one surface of cubic B-splines (free-form
-//! deformation, Rueckert et al. 1999) over the whole face, the one with
+//! A neighbourhood that is followed by itself knows nothing of the skin beside it. Here the motion u is one surface of cubic B-splines
+//! (free-form deformation, Rueckert et al. 1999) over the whole face, the one with
 //!
 //! ```text
 //! min Σ ρ((I₂(p + u(p)) − g(p) I₁(p)) / s)  +  Σ anchors  +  Σ τ(second differences of u)
 //! ```
 //!
-//! found by Gauss and Newton's method with the mean of both pictures' slopes (Malis 2004), from small pictures to large ones. g is how much brighter the last
-//! picture is thereabouts, s the spread of the noise. ρ (Cauchy's) lets lashes, hair and highlights differ; τ (of Student's t, one degree
-//! of freedom) lets skin bend sharply in few places, below a brow, instead of a little everywhere: both as repeatedly weighted squares.
-//! Lips and lids are cut: the surface does not hold across an opening of the face.
+//! found by Gauss and Newton's method with the mean of both pictures' slopes (Malis 2004), from small pictures to large ones. g is how
+//! much brighter the last picture is thereabouts, s the spread of the noise. ρ (Cauchy's) lets lashes, hair and highlights differ; τ (of
+//! Student's t, one degree of freedom) lets skin bend sharply in few places, below a brow, instead of a little everywhere: both as
+//! repeatedly weighted squares. Lips and lids are cut: the surface does not hold across an opening of the face.
 //!
 //! Standard errors come from draws of the posterior: the same equations, solved for right sides of noise (Papandreou and Yuille 2010).
 
@@ -63,7 +63,8 @@ pub struct Registered {
     pub sigma_px: [f64; 2],
     /// What the pictures differ by about it, in variances of the noise: 1 where they agree.
     pub misfit: f64,
-    /// The same in variances of no less noise than 4.6 grey levels a picture: what light and lens leave between clean pictures is no doubt of the place.
+    /// The same in variances of no less noise than 4.6 grey levels a picture: what light and lens leave between clean pictures is no
+    /// doubt of the place.
     pub unlike: f64,
     /// The same in grey levels, root mean square.
     pub left: f64,
@@ -121,8 +122,8 @@ const BEGIN_PX: f64 = 0.4;
 const LED_PX: f64 = 0.7;
 /// How strongly a motion through a few places is held not to bend, per squared px of a second difference.
 const BEGIN_BEND: f64 = 0.3;
-/// Variance of the noise in the difference of two pixels below which confidence takes no account of it, grey levels squared: that of the scenes
-/// on which confidence was fitted (5.1 a picture) is a fifth more.
+/// Variance of the noise in the difference of two pixels below which confidence takes no account of it, grey levels squared: that of the
+/// scenes on which confidence was fitted (5.1 a picture) is a fifth more.
 const LEAST_NOISE: f64 = 43.0;
 /// Draws of the posterior: a standard error of them is known to an eighth.
 const DRAWS: usize = 32;
@@ -261,7 +262,7 @@ impl Task<'_> {
         normal.clear(true);
         for l in self.anchors.iter().chain(self.begin) {
             let weight = 1.0 / (l.sigma_px.powi(2) + BEGIN_PX * BEGIN_PX);
-            if let Some(triangle) = self.skin.near(&l.first) {
+            if let Some(triangle) = self.skin.triangle(&l.first, l.triangle) {
                 normal.see((&l.first, triangle), &(l.last - l.first), weight);
             }
         }
@@ -351,7 +352,7 @@ impl Step {
         }
         self.anchors.clear();
         for a in anchors {
-            let Some(triangle) = skin.near(&a.first) else { continue };
+            let Some(triangle) = skin.triangle(&a.first, a.triangle) else { continue };
             let Some(r) = field.at(&a.first, triangle) else { continue };
             let left = a.last - a.first - r.motion.0;
             let variance = a.sigma_px * a.sigma_px;
@@ -431,32 +432,16 @@ fn signs(random: &mut Pcg64) -> Vector2<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::gray::Gray;
+    use super::super::gray::{Gray, uneven};
     use super::*;
     use crate::face::patches::Noise;
 
     const SIDE: usize = 240;
 
-    /// A texture known everywhere that nowhere repeats itself: values at the corners of squares of 5 to 60 px, smoothly between them.
+    /// Unevenness of 5 to 60 px.
     fn texture(x: f64, y: f64) -> f64 {
-        let corner = |i: i64, j: i64| {
-            let mixed = (i.wrapping_mul(0x9E37_79B9) ^ j.wrapping_mul(0x85EB_CA6B)).wrapping_mul(0xC2B2_AE35);
-            f64::from((mixed >> 13 & 0xFFFF) as u16) / 65535.0 - 0.5
-        };
-        let smooth = |size: f64| {
-            let (x, y) = (x / size + 100.0, y / size + 100.0);
-            let (i, j) = (x.floor(), y.floor());
-            let ease = |t: f64| t * t * t * (t * (6.0 * t - 15.0) + 10.0);
-            let (s, t) = (ease(x - i), ease(y - j));
-            let (i, j) = (i as i64, j as i64);
-            let along = |j: i64| corner(i, j) * (1.0 - s) + corner(i + 1, j) * s;
-            along(j) * (1.0 - t) + along(j + 1) * t
-        };
-        120.0
-            + [(5.0, 40.0), (12.0, 50.0), (27.0, 50.0), (60.0, 50.0)]
-                .map(|(size, high)| high * smooth(size))
-                .iter()
-                .sum::<f64>()
+        let sizes = [(5.0, 40.0), (12.0, 50.0), (27.0, 50.0), (60.0, 50.0)];
+        120.0 + sizes.map(|(size, high)| high * uneven(x, y, size)).iter().sum::<f64>()
     }
 
     fn picture(noise: f64, seed: u64, f: impl Fn(f64, f64) -> f64) -> Prepared {
@@ -491,7 +476,12 @@ mod tests {
 
     /// What begins the search: every so many places, a pixel beside the truth.
     fn beside(every: usize, truth: impl Fn(&Point2<f64>) -> Point2<f64>) -> Vec<Leader> {
-        let one = |p: Point2<f64>| Leader { first: p, last: truth(&p) + Vector2::new(0.7, -0.7), sigma_px: 1.0 };
+        let one = |p: Point2<f64>| Leader {
+            first: p,
+            last: truth(&p) + Vector2::new(0.7, -0.7),
+            sigma_px: 1.0,
+            triangle: None,
+        };
         places().step_by(every).map(one).collect()
     }
 
@@ -516,8 +506,8 @@ mod tests {
         }
     }
 
-    /// Noise of 5 grey levels, light that grows by a third across the picture, and a dark lash that does not move: still the whole motion is
-    /// found, and the errors are about what is stated (a radius of two normal errors has the mean square 2 σ²).
+    /// Noise of 5 grey levels, light that grows by a third across the picture, and a dark lash that does not move: still the whole motion
+    /// is found, and the errors are about what is stated (a radius of two normal errors has the mean square 2 σ²).
     #[test]
     fn a_smooth_motion_is_found_under_other_light_noise_and_a_lash() {
         let (skin, mut errors, mut stated) = (Skin::square(20.0, 220.0), Vec::new(), Vec::new());
@@ -577,7 +567,8 @@ mod tests {
     fn even_skin_goes_with_its_anchors() {
         let even = picture(1.0, 3, |_, _| 120.0);
         let other = picture(1.0, 4, |_, _| 120.0);
-        let anchor = Leader { first: Point2::new(120.0, 120.0), last: Point2::new(125.0, 118.0), sigma_px: 0.1 };
+        let (first, last) = (Point2::new(120.0, 120.0), Point2::new(125.0, 118.0));
+        let anchor = Leader { first, last, sigma_px: 0.1, triangle: None };
         let skin = Skin::square(20.0, 220.0);
         let found = register([&even, &other], &skin, &[anchor], &[]).unwrap();
         let at = found.at(&anchor.first).unwrap();
@@ -590,8 +581,8 @@ mod tests {
         assert!(told.iter().all(|t| *t > 0.9), "{told:?}");
     }
 
-    /// A mouth 50 mm wide that opens by 4 mm (2 px a mm): the lower lip goes down, least at its corners, the upper one stays. Right at both lips each keeps its own
-    /// motion; a surface that does not know of the opening smears one into the other.
+    /// A mouth 50 mm wide that opens by 4 mm (2 px a mm): the lower lip goes down, least at its corners, the upper one stays. Right at
+    /// both lips each keeps its own motion; a surface that does not know of the opening smears one into the other.
     #[test]
     fn lips_that_part_each_keep_their_own_motion() {
         let opening = |x: f64| 8.0 * (1.0 - ((x - 120.0) / 50.0).powi(2)).max(0.0).powi(2);
@@ -624,6 +615,35 @@ mod tests {
         assert!(cut < 0.8 && whole > 3.0, "{cut} px, without the slit {whole} px");
     }
 
+    /// A mark on the edge of the lower lip, which the pixel under it takes for the upper one: the lower lip goes with it, the upper one
+    /// stays.
+    #[test]
+    fn a_mark_on_touching_lips_is_of_its_own_lip() {
+        let skin = Skin::slit();
+        let [even, other] = [3, 4].map(|seed| picture(1.0, seed, |_, _| 120.0));
+        let (upper, lower) = (Point2::new(120.0, 117.0), Point2::new(120.0, 123.0));
+        let held = |first: Point2<f64>, down: f64, triangle: Option<u32>| Leader {
+            first,
+            last: first + Vector2::new(0.0, down),
+            sigma_px: 0.1,
+            triangle,
+        };
+        let mark = Point2::new(120.0, 119.5);
+        assert_eq!(skin.near(&mark), skin.near(&upper));
+        let rim = [30.0, 210.0].map(|y| held(Point2::new(120.0, y), 0.0, None));
+        let apart = |triangle: Option<u32>| {
+            let anchors = [rim[0], rim[1], held(upper, 0.0, None), held(mark, 8.0, triangle)];
+            // At 2 px a mm the slit is as wide as a mouth.
+            let task = Task { pictures: [&even, &other], skin: &skin, px_per_mm: 2.0, anchors: &anchors, begin: &[] };
+            let found = Found { registration: Registration::of(&task).unwrap(), skin: &skin };
+            let down = |p: &Point2<f64>| found.at(p).unwrap().guess.at.y - p.y;
+            [down(&upper), down(&lower)]
+        };
+        let (known, unknown) = (apart(skin.near(&lower)), apart(None));
+        assert!(known[0].abs() < 1.0 && known[1] > 3.0, "{known:?}");
+        assert!(unknown[1] < 1.0, "{unknown:?}");
+    }
+
     #[test]
     fn where_there_is_no_skin_nothing_is_known() {
         let p = picture(1.0, 1, texture);
@@ -631,7 +651,8 @@ mod tests {
         assert!(register([&p, &p], &nowhere, &[], &[]).is_none());
         let broken = Skin::flat(&[[f64::MAX, 0.0], [1.0, 2.0], [1e300, 3.0]], &[[0, 1, 2]]);
         assert!(register([&p, &p], &broken, &[], &[]).is_none());
-        let still = Leader { first: Point2::new(70.0, 70.0), last: Point2::new(70.0, 70.0), sigma_px: 0.1 };
+        let place = Point2::new(70.0, 70.0);
+        let still = Leader { first: place, last: place, sigma_px: 0.1, triangle: None };
         let skin = Skin::square(20.0, 120.0);
         let found = register([&p, &p], &skin, &[still], &[]).unwrap();
         assert!(found.at(&Point2::new(200.0, 200.0)).is_none() && found.at(&Point2::new(f64::NAN, 9.0)).is_none());

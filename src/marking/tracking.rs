@@ -1,14 +1,15 @@
 //! Finds many points of skin again in another picture: coarse to fine, over a painted grid if there is one, all the skin at once.
 //!
 //! ```text
-//!  smallest picture ─▶ … ─▶ half ─▶ field of the motion ─▶ grid: which crossing is which ─▶ all the skin registered ─▶ every point, judged
+//!  smallest picture ─▶ … ─▶ half ─▶ field of the motion ─▶ grid: which crossing is which ─▶ all the skin ─▶ every point, judged
 //! ```
 //!
 //! Scouts, some of the points, are followed from the smallest copy of the pictures to the half-sized one; the motion between them is the
 //! field. A painted grid repeats itself, so a match alone may sit in the wrong cell; the grid's crossings are therefore told apart by
 //! walking along the lines and by the skin inside its cells, and hold all skin near them. The field begins the registration
-//! ([`super::registration`]), which says where every point lies; where it fits badly a point's own neighbourhood is asked. Through the frames of a film the field is carried
-//! from frame to frame, while the first frame is registered to the last directly, so that errors do not add up.
+//! ([`super::registration`]), which says where every point lies; where it fits badly a point's own neighbourhood is asked. Through the
+//! frames of a film the field is carried from frame to frame, while the first frame is registered to the last directly, so that errors
+//! do not add up.
 
 use nalgebra::{Point2, Vector2};
 use rayon::prelude::*;
@@ -82,11 +83,11 @@ pub enum Method {
 pub struct Tracked {
     /// Where it lies in the other picture, px.
     pub at: Point2<f64>,
-    /// Standard error along x and y that the search states, px: on skin about three times too small, because slopes of noise look like something to hold on
-    /// to; [`super::confidence`] corrects it.
+    /// Standard error along x and y that the search states, px: on skin about three times too small, because slopes of noise look like
+    /// something to hold on to; [`super::confidence`] corrects it.
     pub sigma_px: [f64; 2],
-    /// What the pictures differ by about it, in variances of their noise, or of that of the scenes on which confidence was fitted where they have
-    /// less: 1 where they agree; see [`Registered::unlike`].
+    /// What the pictures differ by about it, in variances of their noise, or of that of the scenes on which confidence was fitted where
+    /// they have less: 1 where they agree; see [`Registered::unlike`].
     pub misfit: f64,
     /// How sure it is that the point lies within 1 px, 0 to 1; see [`super::confidence`].
     pub confidence: f64,
@@ -181,6 +182,7 @@ impl<'a> Tracker<'a> {
             first: c.first.at,
             last: c.last.at,
             sigma_px: c.last.sigma_px[0].max(c.last.sigma_px[1]).max(KNOWN_SIGMA_PX),
+            triangle: None,
         });
         let anchors: Vec<Leader> = known.iter().copied().chain(crossings).collect();
         let s = &self.settings;
@@ -200,10 +202,7 @@ impl<'a> Tracker<'a> {
             if p.known.is_some() {
                 return None;
             }
-            let registered = registration.as_ref().and_then(|r| {
-                let triangle = p.triangle.or_else(|| skin.near(&p.first))?;
-                r.at(&p.first, triangle)
-            });
+            let registered = registration.as_ref().and_then(|r| r.at(&p.first, skin.triangle(&p.first, p.triangle)?));
             let on = self.crossing_at(&p.first, &grid);
             let method = match on {
                 Some(c) => Method::Crossing { column: c.column, row: c.row },
@@ -215,7 +214,8 @@ impl<'a> Tracker<'a> {
         let points: Vec<_> = self.points.par_iter().map(one).collect();
         let found = self.points.iter().zip(&points).filter_map(|(p, answer)| {
             let t = answer.as_ref()?.as_ref().ok()?;
-            Some(Leader { first: p.first, last: t.at, sigma_px: t.sigma_px[0].hypot(t.sigma_px[1]) })
+            let sigma_px = t.sigma_px[0].hypot(t.sigma_px[1]);
+            Some(Leader { first: p.first, last: t.at, sigma_px, triangle: p.triangle })
         });
         let leaders = known.iter().copied().chain(found).collect();
         Tracks { points, grid, leaders }
@@ -253,7 +253,7 @@ impl<'a> Tracker<'a> {
                     let m = patch::find(a, b, small(at), &guess, &settings).ok()?;
                     let moved = (m.at - small(at)) * scale;
                     let sigma_px = scale * m.sigma_px[0].hypot(m.sigma_px[1]).max(0.05);
-                    Some(Leader { first: *at, last: at + moved, sigma_px })
+                    Some(Leader { first: *at, last: at + moved, sigma_px, triangle: None })
                 })
                 .collect();
             let believed = believed(&found, scale);
@@ -342,7 +342,7 @@ fn settings_of(radius_px: f64) -> PatchSettings {
 const APART_MM: f64 = 6.0;
 
 fn leader_of_mark(p: &Point) -> Option<Leader> {
-    p.known.map(|last| Leader { first: p.first, last, sigma_px: KNOWN_SIGMA_PX })
+    p.known.map(|last| Leader { first: p.first, last, sigma_px: KNOWN_SIGMA_PX, triangle: p.triangle })
 }
 
 /// Scouts that move as those about them do.

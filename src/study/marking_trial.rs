@@ -86,8 +86,8 @@ impl Scene {
         Ok(Self::drawn(twin, person))
     }
 
-    /// The same head, light and noise, with a whole face that shows an expression: a membrane under its muscles, lips and lids apart. With a painted grid,
-    /// and with bare skin.
+    /// The same head, light and noise, with a whole face that shows an expression: a membrane under its muscles, lips and lids apart.
+    /// With a painted grid, and with bare skin.
     pub fn expressing(generic: &FaceModel, wish: Wish, seed: u64, size_px: u32) -> Result<[Self; 2], TrialError> {
         let person = scene::person(generic, seed, TwinSettings::default().distance_mm)?;
         let mut face = MembraneFace::new(&person, &MembraneSettings::default())?;
@@ -315,8 +315,8 @@ mod tests {
         crate::draw::svg::paint(&chart(&all, 1), 1.0).unwrap();
     }
 
-    /// In clean pictures (noise of half a percent, the same light) other light and lens are most of what is left: no doubt of the place. Nine in ten
-    /// are called sure, and are right.
+    /// In clean pictures (noise of half a percent, the same light) other light and lens are most of what is left: no doubt of the place.
+    /// Nine in ten are called sure, and are right.
     #[test]
     fn clean_pictures_are_not_doubted() {
         let generic = crate::face::generic();
@@ -331,8 +331,8 @@ mod tests {
         assert!(100 * right > 98 * sure.len(), "{right} of {}", sure.len());
     }
 
-    /// A mouth that opens by more than a centimetre, on bare skin. Within a pixel: two thirds of all vertices, nine in ten of those called sure. The edges of the
-    /// lips are even along themselves, and are called unsure.
+    /// A mouth that opens by more than a centimetre, on bare skin. Within a pixel: two thirds of all vertices, nine in ten of those
+    /// called sure. The edges of the lips are even along themselves, and are called unsure.
     #[test]
     fn a_face_with_an_open_mouth_is_followed_and_its_lips_are_doubted() {
         let generic = crate::face::generic();
@@ -359,8 +359,8 @@ mod tests {
         assert!(lips.iter().all(|c| *c < 0.9), "{lips:?}");
     }
 
-    /// A head that turns by up to 10° and moves by up to 20 mm, on bare skin in which everything looks alike: the points are found again through
-    /// the frames between, and without them.
+    /// A head that turns by up to 10° and moves by up to 20 mm, on bare skin in which everything looks alike: the points are found again
+    /// through the frames between, and without them.
     #[test]
     fn a_large_motion_is_followed_through_the_frames_between_and_without_them() {
         let generic = crate::face::generic();
@@ -401,8 +401,8 @@ mod tests {
         }
     }
 
-    /// Brows raised by 0.4 to 1.2 of the full raise, marked with errors of 0.1 to 1 px: how many true marks lie beyond what is stated, and how
-    /// many are found that were moved by five standard deviations and at least 3 px.
+    /// Brows raised by 0.4 to 1.2 of the full raise, marked with errors of 0.1 to 1 px: how many true marks lie beyond what is stated,
+    /// and how many are found that were moved by five standard deviations and at least 3 px.
     #[test]
     fn true_marks_rarely_stand_out_and_moved_ones_mostly_do() {
         let generic = crate::face::generic();

@@ -1,7 +1,7 @@
 //! Which crossing of the first picture is which in the last.
 //!
-//! Lines tell crossings of one piece apart. Of another piece, beyond a brow or a fold, they do not: its lines may have been missed, or pressed
-//! together. What lies *between* the lines does: the skin inside the cells, which no two cells have in common.
+//! Lines tell crossings of one piece apart. Of another piece, beyond a brow or a fold, they do not: its lines may have been missed, or
+//! pressed together. What lies *between* the lines does: the skin inside the cells, which no two cells have in common.
 
 use std::collections::BTreeMap;
 
@@ -25,8 +25,8 @@ pub(super) fn untold(piece: &Piece) -> Part {
 
 /// Which crossing of the first picture is which in the last.
 ///
-/// Each crossing is sent to where `expected` says, and votes for the shift of columns and rows that the nearest crossing there has. Each piece of
-/// the last picture takes the shift near the one with most votes under which the skin in its cells looks alike. Pieces of which
+/// Each crossing is sent to where `expected` says, and votes for the shift of columns and rows that the nearest crossing there has. Each
+/// piece of the last picture takes the shift near the one with most votes under which the skin in its cells looks alike. Pieces of which
 /// the cells do not tell it are numbered beside those; where no cells tell anything, the whole grid follows the majority.
 pub fn carry(pictures: [&Prepared; 2], [first, last]: [&[Piece]; 2], expected: Expected) -> Vec<Carried> {
     let first = joined(&first.iter().map(untold).collect::<Vec<_>>());
@@ -52,8 +52,8 @@ pub fn carry(pictures: [&Prepared; 2], [first, last]: [&[Piece]; 2], expected: E
 /// So near to crossings of another shift one is not certain, columns and rows.
 const SEAM: i32 = 1;
 
-/// A piece of the last picture with the shift that its cells tell, in several where parts of it clearly have another: in skin pressed together
-/// a walk may miss a line at both its ends alike.
+/// A piece of the last picture with the shift that its cells tell, in several where parts of it clearly have another: in skin pressed
+/// together a walk may miss a line at both its ends alike.
 fn parts(piece: &Piece, first: &[GridPoint], own: &Cells, picture: &Prepared, expected: Expected) -> Vec<Part> {
     let likeness = elected(first, &piece.points, expected)
         .map(|(voted, _)| own.likeness(&Cells::of(&piece.points, picture), voted));
@@ -79,8 +79,8 @@ fn parts(piece: &Piece, first: &[GridPoint], own: &Cells, picture: &Prepared, ex
     parts.into_values().map(|(part, told)| (part, Some(told))).collect()
 }
 
-/// What must be added to columns and rows of the last picture so that they are those of the first, by most votes, and whether it is sure: where
-/// the skin moved by a cell a few are sent to the wrong one, and it does no harm.
+/// What must be added to columns and rows of the last picture so that they are those of the first, by most votes, and whether it is sure:
+/// where the skin moved by a cell a few are sent to the wrong one, and it does no harm.
 fn elected(first: &[GridPoint], last: &[GridPoint], expected: Expected) -> Option<([i32; 2], bool)> {
     let mut votes: BTreeMap<[i32; 2], usize> = BTreeMap::new();
     for p in first {
@@ -119,8 +119,8 @@ fn spacing(points: &[GridPoint], of: &GridPoint) -> f64 {
     points.iter().map(apart).filter(|d| *d > 1e-6).fold(f64::INFINITY, f64::min)
 }
 
-/// What must be added to each piece's columns and rows so that all count alike: what is told of it; without, the largest piece counts, and the
-/// others lie where the lines beside them would run on. None for a piece that lies between lines or too far away to tell.
+/// What must be added to each piece's columns and rows so that all count alike: what is told of it; without, the largest piece counts,
+/// and the others lie where the lines beside them would run on. None for a piece that lies between lines or too far away to tell.
 fn numbered(parts: &[Part]) -> Vec<Option<[i32; 2]>> {
     let mut shifts: Vec<Option<[i32; 2]>> = parts.iter().map(|(_, told)| told.map(|t| t.shift)).collect();
     if shifts.iter().all(Option::is_none)
@@ -196,25 +196,14 @@ fn agreeing(carried: Vec<Carried>) -> Vec<Carried> {
 mod tests {
     use super::super::pieces;
     use super::*;
-    use crate::marking::gray::Gray;
+    use crate::marking::gray::{Gray, uneven};
 
     /// Lines 4 px wide at multiples of 30 px on skin whose brightness goes up and down by `rich` grey levels, moved down by so many px.
     fn painted(down: f64, rich: f64) -> Prepared {
-        let corner = |i: i64, j: i64| {
-            let mixed = (i.wrapping_mul(0x9E37_79B9) ^ j.wrapping_mul(0x85EB_CA6B)).wrapping_mul(0xC2B2_AE35);
-            f64::from((mixed >> 13 & 0xFFFF) as u16) / 32768.0 - 1.0
-        };
-        let uneven = |u: f64, v: f64| {
-            let (i, j) = ((u / 6.0).floor(), (v / 6.0).floor());
-            let (s, t) = (u / 6.0 - i, v / 6.0 - j);
-            let (i, j) = (i as i64, j as i64);
-            let along = |j: i64| corner(i, j) * (1.0 - s) + corner(i + 1, j) * s;
-            along(j) * (1.0 - t) + along(j + 1) * t
-        };
         let on = |v: f64| (v - (v / 30.0).round() * 30.0).abs() < 2.0;
         let values = (0..300 * 300).map(|i| {
             let (u, v) = (f64::from(i % 300) + 0.5, f64::from(i / 300) + 0.5 - down);
-            (if on(u) || on(v) { 80.0 } else { 180.0 + rich * uneven(u, v) }) as f32
+            (if on(u) || on(v) { 80.0 } else { 180.0 + 2.0 * rich * uneven(u, v, 6.0) }) as f32
         });
         Prepared::of(Gray::new(300, 300, values.collect()).unwrap())
     }
@@ -223,8 +212,8 @@ mod tests {
         (0..300).map(|k| Point2::new(20.0 + 13.0 * f64::from(k % 20), 20.0 + 17.0 * f64::from(k / 20))).collect()
     }
 
-    /// Everything went down by 30 px, a whole cell, and the motion that is expected is none: by the lines nothing moved. The skin inside the cells
-    /// knows; without it, the majority's word stands.
+    /// Everything went down by 30 px, a whole cell, and the motion that is expected is none: by the lines nothing moved. The skin inside
+    /// the cells knows; without it, the majority's word stands.
     #[test]
     fn skin_inside_the_cells_tells_what_lines_cannot() {
         for (rich, moved) in [(20.0, 30.0), (0.0, 0.0)] {

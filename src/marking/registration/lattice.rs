@@ -1,6 +1,7 @@
 //! Nodes of cubic B-splines over skin, with a copy of a node for each piece of skin that its spline reaches: the lips move apart although they touch.
 //!
-//! Where an opening cuts the skin within the reach of a node, each side has a node of its own there (virtual nodes; Molino, Bao and Fedkiw 2004).
+//! Where an opening cuts the skin within the reach of a node, each side has a node of its own there (virtual nodes; Molino, Bao and
+//! Fedkiw 2004).
 
 use nalgebra::{Matrix2, Point2, Vector2};
 

@@ -81,7 +81,8 @@ pub(super) struct Pull {
     pub(super) weight: f64,
 }
 
-/// Variance of the mean of both pictures' slopes under B-splines, in variances of the difference of their pixels: ¼ · ∫β'² ∫β² = ¼ · 2/3 · 151/315.
+/// Variance of the mean of both pictures' slopes under B-splines, in variances of the difference of their pixels: ¼ · ∫β'² ∫β² = ¼ · 2/3
+/// · 151/315.
 pub(super) const SLOPE_NOISE: f64 = 0.0799;
 /// Brightness and slopes found in the last picture, for every pixel of the first.
 type Found = Vec<[f32; 3]>;

@@ -136,8 +136,8 @@ impl Normal {
         }
     }
 
-    /// Adds the pulls of tiles, times a factor. Tiles of a cell, which the same nodes reach, are summed side by side, and then once into the
-    /// equations.
+    /// Adds the pulls of tiles, times a factor. Tiles of a cell, which the same nodes reach, are summed side by side, and then once into
+    /// the equations.
     pub(super) fn pull(&mut self, reach: &Reaches, pulls: &[Pull], factor: f64) {
         let both = self.both;
         let sums: Vec<Option<Cell>> = reach.cells.par_iter().map(|tiles| Cell::of(tiles, reach, pulls, both)).collect();

@@ -63,10 +63,18 @@ impl Skin {
         (t != NONE).then_some(t)
     }
 
+    /// The triangle of a place: the one that is known, or the one that shows there.
+    pub fn triangle(&self, at: &Point2<f64>, known: Option<u32>) -> Option<u32> {
+        known.or_else(|| self.near(at))
+    }
+
     /// The triangle at a place: that of its pixel, or of the nearest one that shows skin, at most 2 px away.
-    pub fn near(&self, at: &Point2<f64>) -> Option<u32> {
+    pub(super) fn near(&self, at: &Point2<f64>) -> Option<u32> {
         const FAR: isize = 2;
-        if !(at.x >= 0.0 && at.y >= 0.0) {
+        // Before any of these is rounded: a place may be nowhere, or far outside.
+        let rows = self.shows.len() / self.columns.max(1);
+        let [right, bottom] = [self.columns, rows].map(|side| (side + FAR.unsigned_abs()) as f64);
+        if !(0.0..right).contains(&at.x) || !(0.0..bottom).contains(&at.y) {
             return None;
         }
         let [x, y] = [at.x as usize, at.y as usize];
@@ -163,8 +171,8 @@ impl Skin {
 mod tests {
     use super::*;
 
-    /// Two sheets of 60 × 60 px, of which the nearer hides a corner of the other: a place belongs to the sheet that shows there, what does not face
-    /// the camera is none, and a place beside the skin belongs to the nearest within 2 px.
+    /// Two sheets of 60 × 60 px, of which the nearer hides a corner of the other: a place belongs to the sheet that shows there, what
+    /// does not face the camera is none, and a place beside the skin belongs to the nearest within 2 px.
     #[test]
     fn a_place_belongs_to_what_shows_there() {
         let sheet = |from: f64| [[from, from], [from + 60.0, from], [from + 60.0, from + 60.0], [from, from + 60.0]];
@@ -179,6 +187,8 @@ mod tests {
         assert_eq!([at(&skin, 30.0, 20.0), at(&skin, 20.0, 30.0)], [Some(0), Some(1)]);
         assert_eq!([at(&skin, 66.0, 55.0), at(&skin, 55.0, 66.0)], [Some(2), Some(3)]);
         assert_eq!([at(&skin, 8.5, 30.0), at(&skin, 6.0, 30.0), at(&skin, f64::NAN, 30.0)], [Some(1), None, None]);
+        assert_eq!([at(&skin, 1e300, 1e300), at(&skin, 30.0, 1e18)], [None, None]);
+        assert_eq!(skin.triangle(&Point2::new(30.0, 20.0), Some(3)), Some(3));
         assert_eq!([skin.at_vertex(1), skin.at_vertex(6), skin.at_vertex(99)], [Some(0), Some(2), None]);
         assert_eq!(skin.pieces(&[0, 1, 2, 3]), [0, 0, 1, 1]);
         // Where the nearer sheet is turned away it still hides the other.
