@@ -55,6 +55,8 @@ pub struct Found {
     pub suggestions: Vec<Suggestion>,
     /// The crossings of the painted grid; none on bare skin.
     pub crossings: Vec<GridCrossing>,
+    /// Standard error along each axis that the frames' compression adds to every place, px.
+    pub compressed_px: f64,
 }
 
 /// How a suggestion was found.
@@ -198,11 +200,11 @@ pub fn found_after(
             }
             let (at, distance) = tracking::led(&tracks, &point.first)?;
             let sigma = LED_LEAST_PX + LED_ERROR * distance;
-            let confidence = 1.0 - (-1.0 / (2.0 * sigma * sigma)).exp();
+            let confidence = 1.0 - (-1.0 / (2.0 * (sigma * sigma + tracks.compressed_px2))).exp();
             Some(Suggestion { vertex, at, confidence, method: Source::Neighbours, crossing: None })
         })
         .collect();
-    Found { suggestions, crossings }
+    Found { suggestions, crossings, compressed_px: tracks.compressed_px2.sqrt() }
 }
 
 fn settings_for(outcome: &Outcome) -> TrackSettings {

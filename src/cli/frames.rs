@@ -8,7 +8,7 @@ use super::output::Output;
 use super::progress::Progress;
 use crate::frames::film::{Film, FilmError, Origin, still_png};
 use crate::frames::motion::Motion;
-use crate::frames::{Frame, strip};
+use crate::frames::{Compression, Frame, strip};
 use crate::project::{FramePair, FrameRef, Project, file};
 
 /// What `frames` asks for.
@@ -56,7 +56,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut named = Vec::new();
     for (index, file_name) in indices.into_iter().zip(["first.png", "last.png"]) {
         let image = film.frame(index, &never)?;
-        let origin = Origin { film: name.clone(), number: index + 1, time_s: film.time_s(index) };
+        let origin = Origin {
+            film: name.clone(),
+            number: index + 1,
+            time_s: film.time_s(index),
+            compression: film.compression(index),
+        };
         let bytes = still_png(&image, &origin).map_err(|source| CliError::Encode { name: file_name, source })?;
         output.write(file_name, &bytes)?;
         let sha256 = Frame::decode(file_name.as_ref(), &bytes)?.sha256().to_owned();
@@ -88,10 +93,27 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
             (false, true) => "proposed by the motion",
             (false, false) => "an end of the film, for nothing lasting moves in it",
         };
-        println!("{word}: frame {}{time}, {why}", index + 1);
+        let kind = film.compression(index).words().map(|w| format!(", a {w}")).unwrap_or_default();
+        println!("{word}: frame {}{time}, {why}{kind}", index + 1);
+    }
+    if indices.iter().any(|i| film.compression(*i) == Compression::Inter) {
+        println!(
+            "predicted frames carry the texture of skin along: suggestions are less sure than between key frames{}",
+            near(&film.key_frames(), indices)
+        );
     }
     println!("the project is {}", arguments.out.join(PROJECT).display());
     Ok(())
+}
+
+/// The key frames beside two frames, in words.
+fn near(keys: &[usize], frames: [usize; 2]) -> String {
+    let beside = |i: usize| [keys.iter().rev().find(|k| **k <= i), keys.iter().find(|k| **k > i)];
+    let mut numbers: Vec<usize> = frames.into_iter().flat_map(beside).flatten().map(|k| k + 1).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let numbers: Vec<String> = numbers.iter().map(usize::to_string).collect();
+    if numbers.is_empty() { String::new() } else { format!("; the nearest are {}", numbers.join(", ")) }
 }
 
 /// `motion.csv`: how much moves, one row a frame that was compared.

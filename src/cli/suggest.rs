@@ -2,8 +2,6 @@
 
 use std::path::PathBuf;
 
-use image::RgbImage;
-
 use super::error::CliError;
 use super::progress::Progress;
 use super::scene::{Frames, Scene};
@@ -14,7 +12,7 @@ use crate::marking::tracking::Prepared;
 use crate::pipeline::{self, Outcome, Workspace};
 use crate::project::paths;
 use crate::project::whole_file::{self, Durability};
-use crate::suggest::{self, Followed, Suggestion};
+use crate::suggest::{self, Followed, Found};
 
 /// What `suggest` asks for.
 #[derive(Debug, clap::Args)]
@@ -33,11 +31,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let frames = &scene.project.frames;
     let (Some(first), Some(last)) = (&frames.first, &frames.last) else { return Err(CliError::NoFrames) };
     let files = [first, last].map(|f| paths::resolve(&arguments.project, f));
-    let [first, last] = files.each_ref().map(|f| Frame::read(f).map(Frame::into_image));
+    let [first, last] = files.each_ref().map(|f| Frame::read(f));
     let pictures = [first?, last?];
     progress.stage("track");
     let outcome = pipeline::solve(&scene.project, &scene.face, scene.image_size_px, &mut Workspace::default());
     let (found, way) = found(&scene, &outcome, &files, &pictures);
+    let Found { suggestions: found, compressed_px, .. } = found;
     let text = csv::suggestions(&found, &scene.face);
     let failed = |source| CliError::Write { path: arguments.out.clone(), source };
     whole_file::write(&arguments.out, text.as_bytes(), Durability::Process).map_err(failed)?;
@@ -47,19 +46,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(way) = way {
         println!("{way}");
     }
+    if compressed_px > 0.0 {
+        println!(
+            "compressed frames: every place is {compressed_px:.1} px less certain; key frames of the film are better"
+        );
+    }
     println!("written to {}", arguments.out.display());
     Ok(())
 }
 
 /// Suggestions, through the film that both frames were taken from where it lies beside them, and a line about it.
-fn found(
-    scene: &Scene,
-    outcome: &Outcome,
-    files: &[PathBuf; 2],
-    [first, last]: &[RgbImage; 2],
-) -> (Vec<Suggestion>, Option<String>) {
-    let (Some(gray), Some(last)) = (Gray::of(first), Gray::of(last)) else { return (Vec::new(), None) };
-    let (prepared, last) = (Prepared::of(gray), Prepared::of(last));
+fn found(scene: &Scene, outcome: &Outcome, files: &[PathBuf; 2], pictures: &[Frame; 2]) -> (Found, Option<String>) {
+    let prepare = |f: &Frame| Gray::of(f.image()).map(|gray| Prepared::of(gray).compressed(f.compression()));
+    let [Some(prepared), Some(last)] = pictures.each_ref().map(prepare) else { return (Found::default(), None) };
     let (followed, way) = match Way::of([&files[0], &files[1]], &[]) {
         Way::None => (Followed::default(), None),
         Way::Missing(film) => {
@@ -68,6 +67,7 @@ fn found(
         }
         Way::Through(between) => {
             let mut seen = 0;
+            let first = pictures[0].image();
             let way = suggest::follow_film(&between, first, &scene.face, outcome, &prepared, &|| false, |n| seen = n);
             match way {
                 Ok(followed) => {
@@ -78,5 +78,5 @@ fn found(
         }
     };
     let found = suggest::found_after(&scene.project, &scene.face, outcome, &prepared, &followed, &last);
-    (found.suggestions, way)
+    (found, way)
 }

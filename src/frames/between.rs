@@ -146,6 +146,7 @@ fn origin(picture: &Path) -> Option<Origin> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frames::Compression;
     use crate::frames::film::still_png;
     use image::codecs::gif::GifEncoder;
 
@@ -159,7 +160,12 @@ mod tests {
         }
         numbers.map(|number| {
             let path = folder.join(format!("still-{number}.png"));
-            let origin = Origin { film: name.to_owned(), number, time_s: Some(0.1 * number as f64) };
+            let origin = Origin {
+                film: name.to_owned(),
+                number,
+                time_s: Some(0.1 * number as f64),
+                compression: Compression::Inter,
+            };
             std::fs::write(&path, still_png(&frame(number - 1), &origin).unwrap()).unwrap();
             path
         })

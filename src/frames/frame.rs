@@ -8,6 +8,9 @@ use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, Rgb, RgbImage, RgbaImage};
 use sha2::{Digest, Sha256};
 
+use super::Compression;
+use super::film::Origin;
+
 /// Widest and highest frame accepted, px. Checked before a pixel is decoded.
 pub const MAX_SIDE_PX: u32 = 8192;
 
@@ -31,6 +34,7 @@ const READ: [(ImageFormat, &str); 5] = [
 pub struct Frame {
     image: RgbImage,
     sha256: String,
+    compression: Compression,
 }
 
 /// Why a file did not become a frame: which file, what is wrong, what to do, in one line.
@@ -178,7 +182,8 @@ impl Frame {
         let decoded = DynamicImage::from_decoder(decoder).map_err(refuse)?;
         let mut upright = DynamicImage::ImageRgb8(to_rgb8(decoded));
         upright.apply_orientation(orientation);
-        Ok(Self { image: upright.into_rgb8(), sha256: hex(&Sha256::digest(bytes)) })
+        let compression = Origin::in_png(bytes).map_or(Compression::Unknown, |o| o.compression);
+        Ok(Self { image: upright.into_rgb8(), sha256: hex(&Sha256::digest(bytes)), compression })
     }
 
     /// The pixels, upright, 8-bit RGB.
@@ -199,6 +204,11 @@ impl Frame {
     /// Height after the orientation tag was applied, px.
     pub fn height(&self) -> u32 {
         self.image.height()
+    }
+
+    /// What it owes to other frames of a film, where the file says so.
+    pub fn compression(&self) -> Compression {
+        self.compression
     }
 
     /// SHA-256 of the file's bytes: 64 lower-case hexadecimal digits.

@@ -2,6 +2,7 @@
 
 pub mod adjust;
 pub mod between;
+pub mod compression;
 pub mod film;
 pub mod frame;
 pub mod motion;
@@ -10,6 +11,7 @@ pub mod strip;
 
 pub use adjust::Adjustment;
 pub use between::{Between, Way};
+pub use compression::Compression;
 pub use film::{Film, FilmError};
 pub use frame::{Frame, FrameError};
 pub use sequence::{FrameSequence, SequenceError};

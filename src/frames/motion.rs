@@ -9,7 +9,9 @@
 //! - *neutral* is the middle of the earliest quiet stretch of 0.4 s in the first half of the film: quiet is a mean speed of at most half
 //!   above that of the quietest;
 //! - *apex* has the largest lasting change from it: the change is smoothed by a running median over 0.4 s, so that a blink does not
-//!   count, and of the frames at 95 % of the largest or above the one in which least moves is taken, for it is sharp.
+//!   count, and of the frames at 95 % of the largest or above the one in which least moves is taken, for it is sharp;
+//! - where a key frame shows the face as neutral as that, and another lies at that height, these two are taken: a coder carries the texture of
+//!   skin into all others.
 
 use image::RgbImage;
 use nalgebra::{SMatrix, SVector};
@@ -206,8 +208,8 @@ impl Watch {
         speed
     }
 
-    /// Proposes the two frames; `frame_s` is the time from a frame to the next.
-    pub fn finish(self, frame_s: Option<f64>) -> Motion {
+    /// Proposes the two frames; `frame_s` is the time from a frame to the next, `keys` are the film's key frames, if it has others too.
+    pub fn finish(self, frame_s: Option<f64>, keys: &[usize]) -> Motion {
         let Self { step, pictures, speed, .. } = self;
         let count = pictures.len();
         let per_value = frame_s.filter(|s| *s > 0.0).unwrap_or(UNSAID_S) * step as f64;
@@ -230,11 +232,16 @@ impl Watch {
         let around = lasting.div_ceil(2);
         let noise = median(change.iter().skip(neutral.saturating_sub(around)).take(2 * around).copied().collect());
         let moved = !few && largest > LEAST_CHANGE.max(2.0 * noise);
-        let apex = (neutral + 1..count)
-            .filter(|&i| lasting_change[i] >= HEIGHT * largest)
-            .min_by(|&a, &b| speed[a].total_cmp(&speed[b]))
-            .filter(|_| moved);
-        let (first, last) = apex.map_or((0, count.saturating_sub(1)), |apex| (neutral, apex));
+        let high = |i: &usize| lasting_change[*i] >= HEIGHT * largest;
+        let stillest = |a: &usize, b: &usize| speed[*a].total_cmp(&speed[*b]);
+        let apex = (neutral + 1..count).filter(high).min_by(stillest).filter(|_| moved);
+        let (first, last) = apex.map_or((0, count.saturating_sub(1)), |apex| {
+            let whole = || (0..count).filter(|i| keys.contains(&(i * step)));
+            let at_rest = whole().filter(|i| lasting_change[*i] <= LEAST_CHANGE.max(2.0 * noise));
+            let begin = at_rest.min_by_key(|i| i.abs_diff(neutral));
+            let key = begin.and_then(|b| Some((b, whole().filter(|i| *i > b).filter(high).min_by(stillest)?)));
+            key.unwrap_or((neutral, apex))
+        });
         Motion { step, speed, change, first: first * step, last: last * step, moved }
     }
 }
@@ -298,7 +305,7 @@ mod tests {
 
     /// Neutral to 29, up from 30 to 39, held to 69, relaxed by 80; a blink at 12; a head that drifts by 5 px and 3°; a lamp that
     /// flickers by 10 %.
-    fn film(raise: f64) -> Motion {
+    fn film(raise: f64, keys: &[usize]) -> Motion {
         let mut random = rand_pcg::Pcg32::seed_from_u64(5);
         let mut watch = Watch::new(100);
         for i in 0..100 {
@@ -308,12 +315,12 @@ mod tests {
             let pose = Pose { up, shut: (12..16).contains(&i), shift: [0.05 * t, -0.03 * t], turn: 0.0005 * t, light };
             watch.see(&draw(&pose, &mut random));
         }
-        watch.finish(Some(0.04))
+        watch.finish(Some(0.04), keys)
     }
 
     #[test]
     fn neutral_and_apex_are_found_in_spite_of_a_blink_a_drifting_head_and_a_flickering_lamp() {
-        let motion = film(4.0);
+        let motion = film(4.0, &[]);
         assert!(motion.moved);
         assert!(motion.first < 12 || (16..29).contains(&motion.first), "{}", motion.first);
         assert!((39..=69).contains(&motion.last), "{}", motion.last);
@@ -324,16 +331,25 @@ mod tests {
         assert!(held > 2.5 * rest, "{rest} {held}");
     }
 
+    /// Key frames at rest (0 and 25) and at the height (50): those. Where there is none at the height (35 is on the way up), the others.
+    #[test]
+    fn key_frames_are_taken_where_both_ends_have_one() {
+        let motion = film(4.0, &[0, 25, 50, 75]);
+        assert!([0, 25].contains(&motion.first) && motion.last == 50, "{motion:?}");
+        let (one, none) = (film(4.0, &[0, 35, 90]), film(4.0, &[]));
+        assert_eq!([one.first, one.last], [none.first, none.last]);
+    }
+
     #[test]
     fn where_nothing_moves_the_ends_are_proposed_and_it_is_said() {
-        let motion = film(0.0);
+        let motion = film(0.0, &[]);
         assert_eq!((motion.moved, motion.first, motion.last), (false, 0, 99));
-        let nothing = Watch::new(0).finish(None);
+        let nothing = Watch::new(0).finish(None, &[]);
         assert_eq!((nothing.first, nothing.last, nothing.moved), (0, 0, false));
         let mut two = Watch::new(2);
         two.see(&RgbImage::new(3, 2));
         two.see(&RgbImage::new(3, 2));
-        assert_eq!((two.finish(None).last, Watch::new(50_000).step), (1, 3));
+        assert_eq!((two.finish(None, &[]).last, Watch::new(50_000).step), (1, 3));
     }
 
     #[test]

@@ -59,7 +59,7 @@ pub fn scan(film: &mut Film, stop: &dyn Fn() -> bool, seen: &mut dyn FnMut(Seen)
         Err(e) if count < 2 || matches!(e, FilmError::Stopped) => return Err(e),
         done => done.err(),
     };
-    Ok(Scan { motion: watch.finish(frame_s), count, broken })
+    Ok(Scan { motion: watch.finish(frame_s, &film.key_frames()), count, broken })
 }
 
 /// Whether a frame is one of those with a small picture: evenly spaced, the first among them.

@@ -50,6 +50,8 @@ pub struct Known {
     pub size: Option<[u32; 2]>,
     /// When each frame is shown, s; empty where the file does not say so.
     pub times_s: Vec<f64>,
+    /// Its key frames; empty where all are alike, or nothing says.
+    pub keys: Vec<usize>,
     /// How many frames it has.
     pub count: usize,
     /// Frames looked at.
@@ -123,6 +125,7 @@ impl Looking {
             let mut known = self.known();
             known.size = Some(film.size());
             known.times_s = (0..count).map_while(|i| film.time_s(i)).collect();
+            known.keys = film.key_frames();
             known.count = count;
             known.remark = film.remark().map(str::to_owned);
         }
@@ -325,7 +328,8 @@ fn write_stills(stills: &Stills, folder: &Path, progress: &Progress) -> Result<[
     let stem = stills.film.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let mut write = |index: usize| {
         let image = film.frame(index, &stop).map_err(said)?;
-        let origin = Origin { film: file_name(&stills.film), number: index + 1, time_s: film.time_s(index) };
+        let (time_s, compression) = (film.time_s(index), film.compression(index));
+        let origin = Origin { film: file_name(&stills.film), number: index + 1, time_s, compression };
         let bytes = still_png(&image, &origin).map_err(|e| NotWritten::Film(e.to_string()))?;
         let numbered = |n: usize| if n == 1 { String::new() } else { format!("-{n}") };
         let names = (1..=MOST_OF_A_NAME).map(|n| folder.join(format!("{stem}-{:06}{}.png", index + 1, numbered(n))));

@@ -62,6 +62,8 @@ pub struct Suggested {
     pub status: Status,
     /// Crossings of the painted grid that were found in both frames.
     crossings: Vec<GridCrossing>,
+    /// Standard error that the frames' compression adds to every place, px.
+    pub compressed_px: f64,
     /// Whether the motion was followed through a film.
     pub through: Through,
     /// Which of the suggestions for still points move as one head.
@@ -235,6 +237,7 @@ impl Suggesting {
         self.shown.places =
             found.suggestions.into_iter().filter_map(|s| Some((s.vertex, (s, first(s.vertex)?)))).collect();
         self.shown.crossings = found.crossings;
+        self.shown.compressed_px = found.compressed_px;
         self.answered = Some(question);
     }
 
@@ -556,6 +559,6 @@ fn prepared(source: &Source, sha256: &str) -> Result<Ready, String> {
         ));
     }
     let gray = Gray::of(frame.image()).ok_or_else(|| format!("{}: has no pixels", source.path().display()))?;
-    drop(frame);
-    Ok(Ready { sha256: sha256.to_owned(), prepared: Arc::new(Prepared::of(gray)) })
+    let prepared = Prepared::of(gray).compressed(frame.compression());
+    Ok(Ready { sha256: sha256.to_owned(), prepared: Arc::new(prepared) })
 }

@@ -7,6 +7,7 @@
 //!                       └▶ grid_crossing ─▶ grid: which one is which ┘
 //! ```
 
+pub mod compressed;
 pub mod confidence;
 pub mod consistency;
 mod cubic;

@@ -1,6 +1,7 @@
 //! A picture made ready for everything that looks for places in it.
 
 use super::gray::{Gray, Spline};
+use crate::frames::Compression;
 
 /// A picture, and smooth surfaces through it and its smaller copies.
 ///
@@ -12,6 +13,7 @@ pub struct Prepared {
     levels: Vec<Spline>,
     /// The picture smoothed more.
     soft: Spline,
+    compression: Compression,
 }
 
 /// Most halvings; the smallest picture is a sixteenth as wide.
@@ -28,7 +30,18 @@ impl Prepared {
             small = small.halved();
             levels.push(Spline::through(&small));
         }
-        Self { soft: Spline::softened(&gray), gray, levels }
+        Self { soft: Spline::softened(&gray), gray, levels, compression: Compression::Unknown }
+    }
+
+    /// The same picture, of which is known how it was compressed.
+    #[must_use]
+    pub fn compressed(self, compression: Compression) -> Self {
+        Self { compression, ..self }
+    }
+
+    /// What it owes to other frames of its film.
+    pub fn compression(&self) -> Compression {
+        self.compression
     }
 
     /// The pixels.

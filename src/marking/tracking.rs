@@ -112,6 +112,8 @@ pub struct Tracks {
     pub points: Vec<Option<Result<Tracked, Lost>>>,
     /// The crossings of the painted grid that were found in both pictures.
     pub grid: Vec<Carried>,
+    /// Variance that compression adds to every place, px² along each axis; see [`super::compressed`].
+    pub compressed_px2: f64,
     /// What leads: known points, crossings, and points found, by which a point that was not found can be led.
     pub leaders: Vec<Leader>,
 }
@@ -198,6 +200,12 @@ impl<'a> Tracker<'a> {
             begin: &begin,
         });
         let leads: Vec<Leader> = anchors.iter().chain(&begin).copied().collect();
+        // Painted lines are strong enough for any coder: about them skin goes where they go.
+        let compressed_px2 = if grid.is_empty() {
+            super::compressed::variance_px2([self.first, last], skin, s.px_per_mm)
+        } else {
+            0.0
+        };
         let one = |p: &Point| {
             if p.known.is_some() {
                 return None;
@@ -209,7 +217,8 @@ impl<'a> Tracker<'a> {
                 None if grid.is_empty() => Method::Field,
                 None => Method::Grid,
             };
-            Some(self.one(last, &p.first, registered, &leads, on, method))
+            let found = self.one(last, &p.first, registered, &leads, on, method);
+            Some(found.map(|t| Tracked { confidence: super::confidence::of(&t, compressed_px2), ..t }))
         };
         let points: Vec<_> = self.points.par_iter().map(one).collect();
         let found = self.points.iter().zip(&points).filter_map(|(p, answer)| {
@@ -218,7 +227,7 @@ impl<'a> Tracker<'a> {
             Some(Leader { first: p.first, last: t.at, sigma_px, triangle: p.triangle })
         });
         let leaders = known.iter().copied().chain(found).collect();
-        Tracks { points, grid, leaders }
+        Tracks { points, grid, compressed_px2, leaders }
     }
 
     /// The motion of some of the points, coarse to fine. `known` places stay.
@@ -308,7 +317,7 @@ impl<'a> Tracker<'a> {
                 of(m.at, m.sigma_px, r.map_or(1.0, |r| r.unlike))
             }
         };
-        Ok(Tracked { confidence: super::confidence::of(&tracked), ..tracked })
+        Ok(tracked)
     }
 
     fn radius_px(&self, mm: f64) -> f64 {

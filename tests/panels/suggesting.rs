@@ -266,7 +266,8 @@ fn from_film(folder: &std::path::Path, raised: f64, frames: usize) -> Project {
     drop(gif);
     let mut film = Film::open(&path, &|| false).unwrap();
     let mut still = |index: usize| {
-        let origin = Origin { film: "rise.gif".to_owned(), number: index + 1, time_s: None };
+        let (film_name, compression) = ("rise.gif".to_owned(), film.compression(index));
+        let origin = Origin { film: film_name, number: index + 1, time_s: None, compression };
         let still = folder.join(format!("rise-{}.png", index + 1));
         std::fs::write(&still, still_png(&film.frame(index, &|| false).unwrap(), &origin).unwrap()).unwrap();
         crate::stage::frame_ref(&still)

@@ -9,7 +9,7 @@ use image::codecs::png::PngDecoder;
 use image::{AnimationDecoder, Frames, ImageDecoder, ImageResult, Limits};
 
 use super::index::MAX_FRAMES;
-use super::{FilmError, Pictures, Take, check_size, shrunk};
+use super::{Compression, FilmError, Pictures, Take, check_size, shrunk};
 use crate::frames::frame::over_white;
 
 /// An animated picture.
@@ -89,6 +89,10 @@ impl Pictures for Animation {
 
     fn time_s(&self, index: usize) -> Option<f64> {
         self.times_s.get(index).copied()
+    }
+
+    fn compression(&self, _: usize) -> Compression {
+        Compression::Intra
     }
 
     fn size(&self) -> [u32; 2] {

@@ -7,7 +7,7 @@ use std::path::Path;
 use image::{ImageDecoder, Rgb, RgbImage};
 
 use super::index::MAX_FRAMES;
-use super::{FilmError, Pictures, Take, check_size, one_line, shrunk};
+use super::{Compression, FilmError, Pictures, Take, check_size, one_line, shrunk};
 
 /// Deepest nesting of lists: `RIFF`, `LIST movi`, `LIST rec `.
 const MAX_DEPTH: usize = 4;
@@ -157,6 +157,10 @@ impl Pictures for Avi {
 
     fn time_s(&self, index: usize) -> Option<f64> {
         (self.frame_s > 0.0).then_some(index as f64 * self.frame_s)
+    }
+
+    fn compression(&self, _: usize) -> Compression {
+        Compression::Intra
     }
 
     fn size(&self) -> [u32; 2] {

@@ -23,7 +23,7 @@ use image::RgbImage;
 use image::imageops::{self, FilterType};
 
 use super::frame::MAX_SIDE_PX;
-use super::{Frame, FrameSequence};
+use super::{Compression, Frame, FrameSequence};
 
 pub use still::{Origin, still_png};
 pub use write::{FilmWriter, WriteError};
@@ -163,6 +163,10 @@ trait Pictures: Send {
     fn count(&self) -> usize;
     /// When a frame is shown, s from the first; absent where the file does not say so.
     fn time_s(&self, index: usize) -> Option<f64>;
+    /// What a frame owes to others.
+    fn compression(&self, _index: usize) -> Compression {
+        Compression::Unknown
+    }
     /// Size as coded, px.
     fn size(&self) -> [u32; 2];
     /// Hands over every frame from `from` on, with its sides divided by `by`.
@@ -334,6 +338,17 @@ impl Film {
     /// When a frame is shown, s from the first; absent where the file does not say so.
     pub fn time_s(&self, index: usize) -> Option<f64> {
         self.pictures.time_s(index)
+    }
+
+    /// What a frame owes to others.
+    pub fn compression(&self, index: usize) -> Compression {
+        self.pictures.compression(index)
+    }
+
+    /// The frames that are pictures of their own among others that are predicted from them; none where all are alike, or nothing says.
+    pub fn key_frames(&self) -> Vec<usize> {
+        let of = |wanted| (0..self.len()).filter(move |i| self.compression(*i) == wanted);
+        if of(Compression::Inter).next().is_some() { of(Compression::Intra).collect() } else { Vec::new() }
     }
 
     /// What should be said of it, although it can be read.

@@ -13,7 +13,7 @@ use super::boxes::{self, MAX_INDEX_BYTES, TopBox, be16};
 use super::colour::{Coding, Planes};
 use super::index::{NoIndex, Sample, Track, video_track};
 use super::parameters::Parameters;
-use super::{FilmError, Pictures, Take, Upright, check_size};
+use super::{Compression, FilmError, Pictures, Take, Upright, check_size};
 
 /// Most boxes on the top level: a live recording has one fragment a second.
 const MOST_BOXES: usize = 500_000;
@@ -126,6 +126,15 @@ impl Pictures for H264 {
         let sample = |i: usize| self.shown.get(i).and_then(|s| self.track.samples.get(s.2 as usize));
         let since = sample(index)?.shown_at.saturating_sub(sample(0)?.shown_at);
         Some(since as f64 / f64::from(self.track.timescale))
+    }
+
+    fn compression(&self, index: usize) -> Compression {
+        let sample = self.shown.get(index).and_then(|s| self.track.samples.get(s.2 as usize));
+        match sample {
+            Some(s) if s.key => Compression::Intra,
+            Some(_) => Compression::Inter,
+            None => Compression::Unknown,
+        }
     }
 
     fn size(&self) -> [u32; 2] {

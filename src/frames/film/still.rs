@@ -2,6 +2,8 @@
 
 use image::{ImageError, ImageFormat, RgbImage};
 
+use crate::frames::Compression;
+
 /// Where a frame comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Origin {
@@ -11,6 +13,8 @@ pub struct Origin {
     pub number: usize,
     /// When it is shown, s from the first.
     pub time_s: Option<f64>,
+    /// What it owes to other frames.
+    pub compression: Compression,
 }
 
 /// What stands before it in the chunk: keyword, no compression, no language; PNG specification 11.3.4.5.
@@ -23,9 +27,16 @@ impl Origin {
         let length = u32::from_be_bytes(length.try_into().ok()?) as usize;
         let text = rest.get(..length.checked_add(4)?)?.strip_prefix(BEFORE)?;
         let (film, rest) = std::str::from_utf8(text).ok()?.rsplit_once(", frame ")?;
-        let (number, time) = rest.split_once(", ").map_or((rest, None), |(n, t)| (n, t.strip_suffix(" s")));
-        let number = number.parse().ok().filter(|n| *n > 0)?;
-        Some(Self { film: film.to_owned(), number, time_s: time.and_then(|t| t.parse().ok()) })
+        let mut said = rest.split(", ");
+        let number = said.next()?.parse().ok().filter(|n| *n > 0)?;
+        let (mut time_s, mut compression) = (None, Compression::Unknown);
+        for words in said {
+            match Compression::of_words(words) {
+                Some(known) => compression = known,
+                None => time_s = words.strip_suffix(" s").and_then(|t| t.parse().ok()),
+            }
+        }
+        Some(Self { film: film.to_owned(), number, time_s, compression })
     }
 }
 
@@ -39,7 +50,8 @@ pub fn still_png(image: &RgbImage, origin: &Origin) -> Result<Vec<u8>, ImageErro
     image.write_to(&mut bytes, ImageFormat::Png)?;
     let mut bytes = bytes.into_inner();
     let time = origin.time_s.map(|t| format!(", {t:.3} s")).unwrap_or_default();
-    let text = format!("{}, frame {}{time}", origin.film, origin.number);
+    let kind = origin.compression.words().map(|w| format!(", {w}")).unwrap_or_default();
+    let text = format!("{}, frame {}{time}{kind}", origin.film, origin.number);
     let (kind, before) = BEFORE.split_at(4);
     let at = PNG_HEAD.min(bytes.len());
     bytes.splice(at..at, chunk(kind, &[before, text.as_bytes()].concat()));
@@ -74,14 +86,16 @@ mod tests {
         // The check value of this sum, as every catalogue of them has it.
         assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
         let image = RgbImage::from_fn(5, 4, |x, y| image::Rgb([x as u8 * 9, y as u8 * 7, 3]));
-        let origin = Origin { film: "smile é.mp4".to_owned(), number: 57, time_s: Some(1.9) };
+        let origin =
+            Origin { film: "smile é.mp4".to_owned(), number: 57, time_s: Some(1.9), compression: Compression::Inter };
         let bytes = still_png(&image, &origin).unwrap();
         assert_eq!(image::load_from_memory(&bytes).unwrap().into_rgb8(), image);
-        let text = "smile é.mp4, frame 57, 1.900 s".as_bytes();
+        let text = "smile é.mp4, frame 57, 1.900 s, predicted frame".as_bytes();
         assert!(bytes.windows(text.len()).any(|w| w == text));
         assert_eq!(bytes, still_png(&image, &origin).unwrap());
         assert_eq!(Origin::in_png(&bytes), Some(origin.clone()));
-        let untimed = Origin { film: "a, frame 9, b.gif".to_owned(), number: 2, time_s: None };
+        let untimed =
+            Origin { film: "a, frame 9, b.gif".to_owned(), number: 2, time_s: None, compression: Compression::Unknown };
         assert_eq!(Origin::in_png(&still_png(&image, &untimed).unwrap()), Some(untimed));
         for end in 0..PNG_HEAD + 20 {
             assert_eq!(Origin::in_png(&bytes[..end]), None, "cut off after {end} bytes");

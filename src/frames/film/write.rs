@@ -9,7 +9,7 @@ use openh264::formats::{RgbSliceU8, YUVBuffer};
 
 /// Units of time in a second, for every picture a second.
 const UNITS: u32 = 1000;
-/// The quantiser of every frame, 0 to 51: fine enough for lines of one pixel.
+/// The quantiser of every frame of a film that people look at, 0 to 51: fine enough for lines of one pixel.
 const QUANTISER: u8 = 18;
 /// Every so many seconds a frame from which decoding can begin.
 const KEY_S: u32 = 2;
@@ -58,12 +58,21 @@ impl FilmWriter {
     /// # Errors
     /// Where the encoder refuses them.
     pub fn new(size: [u32; 2], per_second: u32) -> Result<Self, WriteError> {
+        Self::with_quantiser(size, per_second, QUANTISER)
+    }
+
+    /// The same with another quantiser, 0 to 51: what is smaller than its step (5 grey levels at 18, twice that for each 6 more) is lost.
+    ///
+    /// # Errors
+    /// Where the encoder refuses them.
+    pub fn with_quantiser(size: [u32; 2], per_second: u32, quantiser: u8) -> Result<Self, WriteError> {
         let per_second = per_second.max(1);
         let even = size.map(|s| s + s % 2);
         let config = EncoderConfig::new()
-            .rate_control_mode(RateControlMode::Off)
+            // Without rate control the encoder has a quantiser of its own; under this one the bounds hold.
+            .rate_control_mode(RateControlMode::Bufferbased)
             .max_frame_rate(FrameRate::from_hz(per_second as f32))
-            .qp(QpRange::new(QUANTISER, QUANTISER))
+            .qp(QpRange::new(quantiser, quantiser))
             .skip_frames(false)
             .profile(Profile::Baseline)
             .intra_frame_period(IntraFramePeriod::from_num_frames(KEY_S * per_second))

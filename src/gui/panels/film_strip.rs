@@ -6,6 +6,7 @@ use egui::{Align2, Color32, FontId, Key, Modifiers, Pos2, Rect, RichText, Sense,
 use image::RgbImage;
 
 use super::super::film_work::{Known, Looking};
+use crate::frames::Compression;
 use crate::gui::pictures::file_name;
 use crate::gui::{Command, theme};
 
@@ -91,7 +92,7 @@ pub fn show(ui: &mut egui::Ui, view: &mut FilmView, commands: &mut Vec<Command>)
     let looking = view.looking.clone();
     let mut known = looking.known();
     view.propose(&known);
-    keys(ui, view, known.count);
+    keys(ui, view, known.count, &known.keys);
     headline(ui, view, &known);
     ui.add_space(6.0);
     previews(ui, view, &mut known);
@@ -126,9 +127,20 @@ pub fn show(ui: &mut egui::Ui, view: &mut FilmView, commands: &mut Vec<Command>)
     close
 }
 
-fn keys(ui: &egui::Ui, view: &mut FilmView, count: usize) {
+fn keys(ui: &egui::Ui, view: &mut FilmView, count: usize, key_frames: &[usize]) {
     let pressed = |modifiers, key| ui.input_mut(|i| i.count_and_consume_key(modifiers, key)).cast_signed();
     // The more particular first: without modifiers a key would be taken for either.
+    let here = view.chosen[view.active];
+    if pressed(Modifiers::COMMAND, Key::ArrowRight) > 0
+        && let Some(next) = key_frames.iter().find(|k| **k > here)
+    {
+        view.set(*next);
+    }
+    if pressed(Modifiers::COMMAND, Key::ArrowLeft) > 0
+        && let Some(before) = key_frames.iter().rev().find(|k| **k < here)
+    {
+        view.set(*before);
+    }
     let ten = pressed(Modifiers::SHIFT, Key::ArrowRight) - pressed(Modifiers::SHIFT, Key::ArrowLeft);
     let one = pressed(Modifiers::NONE, Key::ArrowRight) - pressed(Modifiers::NONE, Key::ArrowLeft);
     if ten != 0 || one != 0 {
@@ -181,6 +193,16 @@ fn words(view: &FilmView, known: &Known) -> String {
     format!("{proposed} {how}")
 }
 
+/// What key frames are good for.
+const KINDS: &str = "A film's coder carries the faint texture of skin from frame to frame: places found between predicted frames are less sure. A key \
+                     frame is a picture of its own. Ctrl with the left and right arrow keys goes from key frame to key frame.";
+
+/// Of which kind a frame is, in a film that has both.
+fn kind(known: &Known, index: usize) -> Option<&'static str> {
+    let compression = if known.keys.contains(&index) { Compression::Intra } else { Compression::Inter };
+    (!known.keys.is_empty()).then(|| compression.words()).flatten()
+}
+
 /// Both frames, large.
 fn previews(ui: &mut egui::Ui, view: &mut FilmView, known: &mut Known) {
     let p = theme::palette(ui.visuals());
@@ -198,8 +220,12 @@ fn previews(ui: &mut egui::Ui, view: &mut FilmView, known: &mut Known) {
         let name = ["First (neutral)", "Last (apex)"][which];
         let mut child = ui
             .new_child(egui::UiBuilder::new().max_rect(title).layout(egui::Layout::left_to_right(egui::Align::Center)));
-        let text = RichText::new(format!("{name}: frame {}{time}", index + 1));
-        child.label(if view.active == which { text.strong().color(handle_colour(which)) } else { text });
+        let kind = kind(known, index).map(|k| format!(", {k}")).unwrap_or_default();
+        let text = RichText::new(format!("{name}: frame {}{time}{kind}", index + 1));
+        let label = child.label(if view.active == which { text.strong().color(handle_colour(which)) } else { text });
+        if !known.keys.is_empty() {
+            label.on_hover_text(KINDS);
+        }
         child.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             for (sign, label, tip) in [(1, ">", "One frame later"), (-1, "<", "One frame earlier")] {
                 let button = ui.push_id((which, sign), |ui| ui.small_button(label)).inner;
@@ -334,6 +360,11 @@ fn strip(ui: &mut egui::Ui, view: &mut FilmView, known: &Known) {
         Rect::from_min_size(Pos2::new(place.left(), row.bottom() + 4.0), Vec2::new(place.width(), CURVE_HEIGHT));
     painter.rect_filled(below, 3.0, p.canvas);
     curve(&painter, below, known, &x_of, &p);
+    for key in &known.keys {
+        let at = Pos2::new(x_of(*key), below.top() + 1.0);
+        let mark = vec![at + Vec2::new(-3.0, 0.0), at + Vec2::new(3.0, 0.0), at + Vec2::new(0.0, 5.0)];
+        painter.add(Shape::convex_polygon(mark, p.accent, Stroke::NONE));
+    }
     let [a, b] = view.chosen.map(x_of);
     let between = Rect::from_x_y_ranges(a.min(b)..=a.max(b), below.y_range());
     painter.rect_filled(between, 0.0, p.accent.gamma_multiply(0.14));
@@ -364,10 +395,11 @@ fn strip(ui: &mut egui::Ui, view: &mut FilmView, known: &Known) {
     if let Some(at) = response.hover_pos().filter(|at| place.x_range().contains(at.x) && known.count > 0) {
         let index = index_at(at.x);
         let time = known.times_s.get(index).map(|t| format!(", {t:.2} s")).unwrap_or_default();
+        let kind = kind(known, index).map(|k| format!(", {k}")).unwrap_or_default();
         painter.vline(at.x, below.y_range(), Stroke::new(1.0, ui.visuals().weak_text_color()));
         // Over the thumbnails: at the pointer it would cover the names of the handles.
         let words = painter.layout_no_wrap(
-            format!("Frame {}{time}", index + 1),
+            format!("Frame {}{time}{kind}", index + 1),
             FontId::proportional(11.0),
             ui.visuals().strong_text_color(),
         );

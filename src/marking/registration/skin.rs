@@ -58,7 +58,7 @@ impl Skin {
     }
 
     /// The triangle that a pixel shows; none where that is no skin.
-    pub(super) fn shown(&self, x: usize, y: usize) -> Option<u32> {
+    pub(crate) fn shown(&self, x: usize, y: usize) -> Option<u32> {
         let t = *self.shows.get(y * self.columns + x).filter(|_| x < self.columns)?;
         (t != NONE).then_some(t)
     }

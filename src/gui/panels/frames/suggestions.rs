@@ -55,6 +55,13 @@ pub fn show(
         }
         _ => {}
     }
+    let compressed = scene.suggested.compressed_px;
+    if count > 0 && compressed > 0.0 {
+        let words = format!("compressed frames: every place is {compressed:.1} px less certain");
+        let hint = "A film's coder carries the faint texture of skin from frame to frame, so that it no longer shows how the skin moved. Take both \
+                    frames from the film's key frames (marked on its strip), or from a film with less compression.";
+        ui.label(RichText::new(words).color(theme::palette(ui.visuals()).warn)).on_hover_text(hint);
+    }
     if count == 0 && !matches!(scene.suggested.status, Status::Looking | Status::There) {
         return;
     }
