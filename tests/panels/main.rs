@@ -9,6 +9,7 @@ mod face;
 mod files;
 mod film;
 mod guiding;
+mod hand;
 mod keys;
 mod marking;
 mod muscle_way;
