@@ -64,3 +64,52 @@ const LOST: [f64; 2] = [0.0, 0.1];
 const HALF: f64 = 0.1;
 /// P.
 const POWER: f64 = 0.6;
+
+#[cfg(test)]
+mod tests {
+    use super::super::gray::Gray;
+    use super::*;
+    use crate::face::patches::Noise;
+
+    fn picture(noise: f64, compression: Compression) -> Prepared {
+        let mut random = Noise(7);
+        let values = (0..200 * 200).map(|i| (100.0 + 0.2 * f64::from(i % 200) + noise * random.normal()) as f32);
+        Prepared::of(Gray::new(200, 200, values.collect()).unwrap()).compressed(compression)
+    }
+
+    /// A quarter of normal errors is smaller than 0.3186 of their spread, half than 0.6745: noise of 2 leaves 2 · 0.3186 / 0.6745 = 0.945,
+    /// a ramp nothing.
+    #[test]
+    fn fine_detail_is_that_of_the_noise() {
+        let skin = Skin::square(20.0, 180.0);
+        let found = |noise: f64| finest(&picture(noise, Compression::Unknown), &skin).unwrap();
+        assert!((found(2.0) - 0.945).abs() < 0.03, "{}", found(2.0));
+        assert!(found(0.0) < 1e-4);
+        assert_eq!(finest(&picture(2.0, Compression::Unknown), &Skin::square(300.0, 400.0)), None);
+    }
+
+    /// By hand, at 2 px/mm (2^0.6 = 1.5157) and without detail: (0.11 + 0.33) · 1.5157 = 0.667 between predicted frames, 0.1 · 1.5157 = 0.152
+    /// between key frames. With a camera's noise nothing, unless a film says otherwise: then about 0.11 · 1.5157 = 0.167.
+    #[test]
+    fn only_what_was_compressed_is_doubted() {
+        use Compression::{Inter, Intra, Unknown};
+        let skin = Skin::square(20.0, 180.0);
+        let of = |noise: f64, kinds: [Compression; 2]| {
+            let [a, b] = kinds.map(|k| picture(noise, k));
+            variance_px2([&a, &b], &skin, 2.0)
+        };
+        for (noise, kinds, by_hand) in [
+            (0.0, [Inter, Inter], 0.667),
+            (0.0, [Intra, Inter], 0.667),
+            (0.0, [Unknown, Unknown], 0.667),
+            (0.0, [Intra, Intra], 0.152),
+            (2.0, [Unknown, Unknown], 0.0),
+            (2.0, [Intra, Unknown], 0.0),
+            (2.0, [Inter, Intra], 0.167),
+            (2.0, [Intra, Intra], 0.0),
+        ] {
+            let found = of(noise, kinds);
+            assert!((found - by_hand).abs() < 2e-3, "{noise} {kinds:?}: {found}");
+        }
+    }
+}

@@ -201,11 +201,8 @@ impl<'a> Tracker<'a> {
         });
         let leads: Vec<Leader> = anchors.iter().chain(&begin).copied().collect();
         // Painted lines are strong enough for any coder: about them skin goes where they go.
-        let compressed_px2 = if grid.is_empty() {
-            super::compressed::variance_px2([self.first, last], skin, s.px_per_mm)
-        } else {
-            0.0
-        };
+        let compressed_px2 =
+            if grid.is_empty() { super::compressed::variance_px2([self.first, last], skin, s.px_per_mm) } else { 0.0 };
         let one = |p: &Point| {
             if p.known.is_some() {
                 return None;

@@ -374,25 +374,28 @@ mod tests {
         crate::draw::svg::paint(&chart(&all, 1), 1.0).unwrap();
     }
 
-    /// The same bare face filmed by a coder that carries texture along, and as key frames: of what is said of the places of both as much is
-    /// right (without a word of the compression 96 % would be said of the first, where 74 % are right). Key frames lose little.
+    /// Bare faces filmed by a coder that carries texture along, and as key frames: as many of the places are right as is said, and
+    /// more of those in key frames.
     #[test]
     fn frames_of_a_film_are_doubted_as_they_deserve() {
         let generic = crate::face::generic();
-        let scene = Scene::with(&generic, &filmed_settings(2, false, 400)).unwrap();
+        let scenes = [1, 2, 3].map(|seed| Scene::with(&generic, &filmed_settings(seed, false, 240)).unwrap());
         let folder = tempfile::tempdir().unwrap();
         let of = |kind: Compression| {
-            let filmed = scene.filmed(kind, 24, &folder.path().join("film.mp4")).unwrap();
-            assert_eq!(filmed.compression, [kind; 2]);
-            let found: Vec<(f64, bool)> =
-                measure_tracking(&filmed).iter().filter_map(|s| Some((s.confidence?, s.error_px? < 1.0))).collect();
+            let mut found: Vec<(f64, bool)> = Vec::new();
+            for scene in &scenes {
+                let filmed = scene.filmed(kind, 24, &folder.path().join("film.mp4")).unwrap();
+                assert_eq!(filmed.compression, [kind; 2]);
+                let samples = measure_tracking(&filmed);
+                found.extend(samples.iter().filter_map(|s| Some((s.confidence?, s.error_px? < 1.0))));
+            }
             let n = found.len() as f64;
-            let said = found.iter().map(|f| f.0).sum::<f64>() / n;
-            (said, found.iter().filter(|f| f.1).count() as f64 / n)
+            (found.iter().map(|f| f.0).sum::<f64>() / n, found.iter().filter(|f| f.1).count() as f64 / n)
         };
         let (carried, own) = (of(Compression::Inter), of(Compression::Intra));
-        assert!((carried.0 - carried.1).abs() < 0.12 && carried.1 < 0.85, "{carried:?}");
-        assert!((own.0 - own.1).abs() < 0.06 && own.1 > 0.9, "{own:?}");
+        let honest = |(said, is): (f64, f64)| (said - is).abs() < 0.1;
+        assert!(honest(carried) && honest(own), "{carried:?} {own:?}");
+        assert!(own.1 > carried.1 + 0.05, "{carried:?} {own:?}");
     }
 
     /// In clean pictures (noise of half a percent, the same light) other light and lens are most of what is left: no doubt of the place.

@@ -190,7 +190,9 @@ fn words(view: &FilmView, known: &Known) -> String {
         Some(_) if view.touched => "The curve shows how far each frame is from the neutral one proposed.",
         Some(_) => "Proposed by the motion: the quiet beginning, and the largest lasting change from it (the curve).",
     };
-    format!("{proposed} {how}")
+    let keys =
+        if known.keys.is_empty() { "" } else { " Small marks over the curve are key frames (Ctrl and an arrow key)." };
+    format!("{proposed} {how}{keys}")
 }
 
 /// What key frames are good for.

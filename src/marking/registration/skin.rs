@@ -146,7 +146,7 @@ impl Skin {
     }
 
     /// A square of one piece.
-    pub(super) fn square(from: f64, to: f64) -> Self {
+    pub(crate) fn square(from: f64, to: f64) -> Self {
         Self::flat(&[[from, from], [to, from], [to, to], [from, to]], &[[0, 1, 2], [0, 2, 3]])
     }
 
