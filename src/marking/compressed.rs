@@ -15,7 +15,7 @@ use crate::frames::Compression;
 /// (A + B · 2^(−h / H)) · (px per mm)^P
 /// ```
 ///
-/// with h the finest detail that is left in both pictures ([`finest`]). A, B, H and P were fitted to twins whose frames went through
+/// with h the finest detail that is left in both pictures (`finest`). A, B, H and P were fitted to twins whose frames went through
 /// an H.264 coder (`docs/accuracy.md`). Between two pictures of their own there is no A, and little of B: texture is lost there, not carried
 /// along. Where nothing is known of them pictures in which the noise of a camera is left were not compressed, and others may be frames of any film.
 pub fn variance_px2(pictures: [&Prepared; 2], skin: &Skin, px_per_mm: f64) -> f64 {
