@@ -94,6 +94,24 @@ fn two_frames_of_a_film_become_pictures_beside_it_and_frames_of_the_project() {
 }
 
 #[test]
+fn key_frames_are_named_and_ctrl_with_an_arrow_goes_from_one_to_the_next() {
+    let (_folder, path) = film();
+    let mut window = opened(&path);
+    // Its first, eleventh and twenty-first frames; the outer two lie at rest and at the height.
+    assert_eq!(chosen(&window), [0, 20]);
+    assert_eq!(window.query_all_by_label_contains("key frame").count(), 3, "both frames, and what the marks are");
+    for (which, pressed, to) in
+        [(0, Key::ArrowRight, 10), (0, Key::ArrowLeft, 0), (0, Key::ArrowLeft, 0), (1, Key::ArrowLeft, 10)]
+    {
+        key(&mut window, [Key::Num1, Key::Num2][which]);
+        keys(&mut window, Modifiers::COMMAND, pressed);
+        assert_eq!(chosen(&window)[which], to);
+    }
+    key(&mut window, Key::ArrowRight);
+    window.get_by_label_contains("predicted frame");
+}
+
+#[test]
 fn the_same_frame_twice_cannot_be_used_and_a_bad_film_says_why() {
     let (folder, path) = film();
     let mut window = opened(&path);
