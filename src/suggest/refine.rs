@@ -79,6 +79,9 @@ const TEMPLATE_MM: f64 = 5.0;
 const TEMPLATE_PX: [f64; 2] = [8.0, 80.0];
 /// Least correlation of what is found, between noisy pictures.
 const LEAST_CORRELATION: f64 = 0.35;
+/// Correlation of what is the same skin, and how much nearer to the press than a crossing it must be found to be believed instead, mm.
+const SAME_SKIN: f64 = 0.8;
+const APART_MM: f64 = 1.0;
 /// How far from the press the skin may be found, mm.
 const REACH_MM: f64 = 2.0;
 
@@ -93,7 +96,7 @@ pub fn snap(picture: &Prepared, outcome: &Outcome, near: Point2<f64>) -> Result<
 ///
 /// If the vertex lies on a crossing of the painted grid in the first frame, or within 0.4 mm of one, the crossing carries it: the place is
 /// that of the crossing in the last frame, plus what the vertex lies beside it. Otherwise the neighbourhood of the vertex in the first
-/// frame is looked for. Where no crossing is found in the last frame, the neighbourhood is looked for as well.
+/// frame is looked for. Where no crossing is found in the last frame, or the neighbourhood lies nearer to the press, the neighbourhood counts.
 pub fn refine(
     first: &Prepared,
     last: &Prepared,
@@ -110,12 +113,17 @@ pub fn refine(
         if offset.norm() <= beside.reach_px
             && let Ok(to) = grid_crossing::find(last, near - offset, &CrossingSettings::at_scale(mm))
         {
-            let stretch =
-                template(first, last, own, to.at + offset, mm).map_or_else(|_| Matrix2::identity(), |m| m.warp);
-            let mut refined = Refined::of_crossing(&to, to.at + stretch * offset);
-            // Both crossings are known to within their errors.
-            refined.sigma_px = [0, 1].map(|k| to.sigma_px[k].hypot(from.sigma_px[k]));
-            return Ok(refined);
+            let place = to.at + offset;
+            // Where a line runs into the corner of an eye it seems to cross another: then the skin itself is found nearer to the press.
+            let elsewhere =
+                |m: &Match| m.correlation >= SAME_SKIN && (m.at - near).norm() + APART_MM * mm < (place - near).norm();
+            if !template(first, last, own, near, mm).is_ok_and(|m| elsewhere(&m)) {
+                let stretch = template(first, last, own, place, mm).map_or_else(|_| Matrix2::identity(), |m| m.warp);
+                let mut refined = Refined::of_crossing(&to, to.at + stretch * offset);
+                // Both crossings are known to within their errors.
+                refined.sigma_px = [0, 1].map(|k| to.sigma_px[k].hypot(from.sigma_px[k]));
+                return Ok(refined);
+            }
         }
     }
     let found = template(first, last, own, near, mm)?;
@@ -208,6 +216,21 @@ mod tests {
         println!("{} of {marked}: median {:.3} px", errors.len(), errors[errors.len() / 2]);
         assert!(errors.len() * 10 > marked * 8, "{} of {marked}", errors.len());
         assert!(errors[errors.len() / 2] < 0.4, "{}", errors[errors.len() / 2]);
+    }
+
+    /// No crossing draws a right press away: not at the inner corners of the eyes either, where a painted line that runs into the corner
+    /// seems to cross another, and the next real crossing of the last frame lies 8 px beside it.
+    #[test]
+    fn no_crossing_draws_a_right_press_away() {
+        let ([first, last], project, outcome) = scene();
+        for (&v, f) in &project.features {
+            let Some(mark) = f.last else { continue };
+            let truth = Point2::from(mark.at_px);
+            let found = refine(&first, &last, &outcome, v, truth);
+            if let Ok(Refined { at, kind: Refinement::Crossing, .. }) = found {
+                assert!((at - truth).norm() < 1.0, "vertex {v} went {:.2} px away", (at - truth).norm());
+            }
+        }
     }
 
     #[test]
