@@ -47,9 +47,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         println!("{way}");
     }
     if compressed_px > 0.0 {
-        println!(
-            "compressed frames: every place is {compressed_px:.1} px less certain; key frames of the film are better"
-        );
+        println!("compressed frames add ± {compressed_px:.1} px to every place; key frames of the film are better");
     }
     println!("written to {}", arguments.out.display());
     Ok(())

@@ -57,7 +57,7 @@ pub fn show(
     }
     let compressed = scene.suggested.compressed_px;
     if count > 0 && compressed > 0.0 {
-        let words = format!("compressed frames: every place is {compressed:.1} px less certain");
+        let words = format!("compressed frames add ± {compressed:.1} px");
         let hint = "A film's coder drops the faint texture of skin, or carries it from frame to frame, so that it no longer shows how the skin moved. \
                     Take both frames from the film's key frames (marked on its strip), or from a film with less compression. Pictures that say \
                     nothing of a film and have no camera noise left are taken for such frames.";
