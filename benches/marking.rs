@@ -16,7 +16,7 @@ use frontalis::face;
 use frontalis::frames::Compression;
 use frontalis::marking::Gray;
 use frontalis::marking::tracking::{Point, Prepared, TrackSettings, track};
-use frontalis::study::marking_trial::{self, Sample, Scene, TrialError, Way};
+use frontalis::study::marking_trial::{self, Bin, Sample, Scene, TrialError, Way};
 use frontalis::study::wish::Wish;
 use rayon::prelude::*;
 
@@ -111,13 +111,10 @@ fn expressions(seeds: u64, file: &Path) -> Result<(), Box<dyn std::error::Error>
         let (mistaken, told) = marking_trial::identities(&samples);
         let samples: Vec<Sample> = samples.into_iter().filter(|s| s.way == Way::TrackedVertex).collect();
         for s in marking_trial::summaries(&samples) {
-            let sure = samples.iter().filter(|p| p.grid == s.grid && p.confidence.is_some_and(|c| c >= 0.9));
-            let (sure, right) = sure.fold((0_usize, 0_usize), |(n, right), p| {
-                (n + 1, right + usize::from(p.error_px.is_some_and(|e| e < 1.0)))
-            });
+            let sure = Bin::of(&samples, s.grid, [0.9, 1.0]);
             let _ = writeln!(
                 text,
-                "| {} | {} | {} | {:.1} % | {:.3} | {:.3} | {:.1} % | {:.1} % | {:.1} % | {sure} | {:.1} % | {} |",
+                "| {} | {} | {} | {:.1} % | {:.3} | {:.3} | {:.1} % | {:.1} % | {:.1} % | {} | {:.1} % | {} |",
                 wish.word(),
                 if s.grid { "grid" } else { "bare" },
                 s.count,
@@ -127,7 +124,8 @@ fn expressions(seeds: u64, file: &Path) -> Result<(), Box<dyn std::error::Error>
                 100.0 * s.within[0],
                 100.0 * s.within[1],
                 100.0 * s.within[2],
-                100.0 * right as f64 / sure.max(1) as f64,
+                sure.count,
+                100.0 * sure.is,
                 if s.grid { format!("{mistaken} of {told}") } else { String::new() }
             );
         }
@@ -176,15 +174,8 @@ fn films(seeds: u64, file: &Path) -> Result<(), Box<dyn std::error::Error>> {
                 None => "not coded".to_owned(),
             };
             for s in marking_trial::summaries(&samples) {
-                let of = |low: f64, high: f64| {
-                    let all = samples.iter().filter(|p| p.grid == s.grid);
-                    let own: Vec<&Sample> =
-                        all.filter(|p| p.confidence.is_some_and(|c| (low..high).contains(&c))).collect();
-                    let n = own.len().max(1) as f64;
-                    let right = own.iter().filter(|p| p.error_px.is_some_and(|e| e < 1.0)).count() as f64;
-                    (own.len(), own.iter().filter_map(|p| p.confidence).sum::<f64>() / n, right / n)
-                };
-                let (all, some, sure) = (of(0.0, 1.1), of(0.85, 0.95), of(0.95, 1.1));
+                let [all, some, sure] =
+                    [[0.0, 1.0], [0.85, 0.95], [0.95, 1.0]].map(|ends| Bin::of(&samples, s.grid, ends));
                 let _ = writeln!(
                     text,
                     "| {scale:.2} | {named} | {} | {} | {:.1} % | {:.2} | {:.0} % | {:.0} % | {:.0} % | {} | {:.0} % | {} | {:.0} % |",
@@ -194,11 +185,11 @@ fn films(seeds: u64, file: &Path) -> Result<(), Box<dyn std::error::Error>> {
                     s.median_px,
                     100.0 * s.within[1],
                     100.0 * s.within[2],
-                    100.0 * all.1,
-                    some.0,
-                    100.0 * some.2,
-                    sure.0,
-                    100.0 * sure.2,
+                    100.0 * all.said,
+                    some.count,
+                    100.0 * some.is,
+                    sure.count,
+                    100.0 * sure.is,
                 );
             }
             println!("{size} px, {named} done");

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use super::error::CliError;
 use super::output::Output;
 use super::progress::Progress;
-use crate::frames::film::{Film, FilmError, Origin, still_png};
+use crate::frames::film::{Film, FilmError, still_png};
 use crate::frames::motion::Motion;
 use crate::frames::{Compression, Frame, strip};
 use crate::project::{FramePair, FrameRef, Project, file};
@@ -52,17 +52,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         return Err(CliError::SameFrame(indices[0] + 1));
     }
     progress.stage("read the two frames");
-    let name = arguments.film.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let mut named = Vec::new();
     for (index, file_name) in indices.into_iter().zip(["first.png", "last.png"]) {
         let image = film.frame(index, &never)?;
-        let origin = Origin {
-            film: name.clone(),
-            number: index + 1,
-            time_s: film.time_s(index),
-            compression: film.compression(index),
-        };
-        let bytes = still_png(&image, &origin).map_err(|source| CliError::Encode { name: file_name, source })?;
+        let encoded = still_png(&image, &film.origin(index));
+        let bytes = encoded.map_err(|source| CliError::Encode { name: file_name, source })?;
         output.write(file_name, &bytes)?;
         let sha256 = Frame::decode(file_name.as_ref(), &bytes)?.sha256().to_owned();
         named.push(FrameRef { path: file_name.to_owned(), sha256, width_px: image.width(), height_px: image.height() });

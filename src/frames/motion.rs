@@ -236,7 +236,7 @@ impl Watch {
         let stillest = |a: &usize, b: &usize| speed[*a].total_cmp(&speed[*b]);
         let apex = (neutral + 1..count).filter(high).min_by(stillest).filter(|_| moved);
         let (first, last) = apex.map_or((0, count.saturating_sub(1)), |apex| {
-            let whole = || (0..count).filter(|i| keys.contains(&(i * step)));
+            let whole = || keys.iter().filter(|k| k.is_multiple_of(step)).map(|k| k / step).filter(|i| *i < count);
             let at_rest = whole().filter(|i| lasting_change[*i] <= LEAST_CHANGE.max(2.0 * noise));
             let begin = at_rest.min_by_key(|i| i.abs_diff(neutral));
             let key = begin.and_then(|b| Some((b, whole().filter(|i| *i > b).filter(high).min_by(stillest)?)));

@@ -14,7 +14,7 @@ use super::modal::Modal;
 use super::panels::film_strip::FilmView;
 use super::pictures::file_name;
 use super::{Command, pictures};
-use crate::frames::film::{Film, FilmError, Origin, still_png};
+use crate::frames::film::{Film, FilmError, still_png};
 use crate::frames::motion::Motion;
 use crate::frames::{FrameSequence, strip};
 use crate::project::Which;
@@ -328,9 +328,7 @@ fn write_stills(stills: &Stills, folder: &Path, progress: &Progress) -> Result<[
     let stem = stills.film.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let mut write = |index: usize| {
         let image = film.frame(index, &stop).map_err(said)?;
-        let (time_s, compression) = (film.time_s(index), film.compression(index));
-        let origin = Origin { film: file_name(&stills.film), number: index + 1, time_s, compression };
-        let bytes = still_png(&image, &origin).map_err(|e| NotWritten::Film(e.to_string()))?;
+        let bytes = still_png(&image, &film.origin(index)).map_err(|e| NotWritten::Film(e.to_string()))?;
         let numbered = |n: usize| if n == 1 { String::new() } else { format!("-{n}") };
         let names = (1..=MOST_OF_A_NAME).map(|n| folder.join(format!("{stem}-{:06}{}.png", index + 1, numbered(n))));
         // A picture that is there and is another one is never overwritten; the same one is used again.

@@ -27,7 +27,7 @@ use crate::suggest;
 mod chart;
 mod summary;
 pub use chart::chart;
-pub use summary::{Summary, csv, identities, reliability, summaries};
+pub use summary::{Bin, Summary, csv, identities, reliability, summaries};
 
 /// Noise of a grey value, of 255: 2 %. Grey is a weighted mean of three channels with noise of their own, 0.7496 of theirs.
 const CHANNEL_NOISE: f64 = 0.02 * 255.0 / 0.7496;

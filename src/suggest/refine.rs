@@ -115,9 +115,9 @@ pub fn refine(
         {
             let place = to.at + offset;
             // Where a line runs into the corner of an eye it seems to cross another: then the skin itself is found nearer to the press.
-            let elsewhere =
-                |m: &Match| m.correlation >= SAME_SKIN && (m.at - near).norm() + APART_MM * mm < (place - near).norm();
-            if !template(first, last, own, near, mm).is_ok_and(|m| elsewhere(&m)) {
+            let nearer = (place - near).norm() - APART_MM * mm;
+            let elsewhere = |m: Match| m.correlation >= SAME_SKIN && (m.at - near).norm() < nearer;
+            if nearer <= 0.0 || !template(first, last, own, near, mm).is_ok_and(elsewhere) {
                 let stretch = template(first, last, own, place, mm).map_or_else(|_| Matrix2::identity(), |m| m.warp);
                 let mut refined = Refined::of_crossing(&to, to.at + stretch * offset);
                 // Both crossings are known to within their errors.

@@ -254,7 +254,7 @@ fn still_points_are_proposed_and_give_the_motion_of_the_head_and_the_noise_floor
 
 /// A project whose frames are the first and the last of a film in which the brows rise by `raised` times 4 mm; its landmarks are marked.
 fn from_film(folder: &std::path::Path, raised: f64, frames: usize) -> Project {
-    use frontalis::frames::film::{Film, Origin, still_png};
+    use frontalis::frames::film::{Film, still_png};
     let face = frontalis::face::generic();
     let path = folder.join("rise.gif");
     let mut gif = image::codecs::gif::GifEncoder::new_with_speed(std::fs::File::create(&path).unwrap(), 20);
@@ -266,10 +266,9 @@ fn from_film(folder: &std::path::Path, raised: f64, frames: usize) -> Project {
     drop(gif);
     let mut film = Film::open(&path, &|| false).unwrap();
     let mut still = |index: usize| {
-        let (film_name, compression) = ("rise.gif".to_owned(), film.compression(index));
-        let origin = Origin { film: film_name, number: index + 1, time_s: None, compression };
         let still = folder.join(format!("rise-{}.png", index + 1));
-        std::fs::write(&still, still_png(&film.frame(index, &|| false).unwrap(), &origin).unwrap()).unwrap();
+        std::fs::write(&still, still_png(&film.frame(index, &|| false).unwrap(), &film.origin(index)).unwrap())
+            .unwrap();
         crate::stage::frame_ref(&still)
     };
     let mut project = Project::default();

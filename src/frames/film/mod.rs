@@ -345,6 +345,16 @@ impl Film {
         self.pictures.compression(index)
     }
 
+    /// Where a frame comes from, as its still says it.
+    pub fn origin(&self, index: usize) -> Origin {
+        Origin {
+            film: self.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            number: index + 1,
+            time_s: self.time_s(index),
+            compression: self.compression(index),
+        }
+    }
+
     /// The frames that are pictures of their own among others that are predicted from them; none where all are alike, or nothing says.
     pub fn key_frames(&self) -> Vec<usize> {
         let of = |wanted| (0..self.len()).filter(move |i| self.compression(*i) == wanted);

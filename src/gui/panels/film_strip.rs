@@ -195,6 +195,9 @@ fn words(view: &FilmView, known: &Known) -> String {
     format!("{proposed} {how}{keys}")
 }
 
+/// Width of the mark of a key frame, ui points.
+const KEY_MARK: f32 = 6.0;
+
 /// What key frames are good for.
 const KINDS: &str = "A film's coder carries the faint texture of skin from frame to frame: places found between predicted frames are less sure. A key \
                      frame is a picture of its own. Ctrl with the left and right arrow keys goes from key frame to key frame.";
@@ -362,9 +365,16 @@ fn strip(ui: &mut egui::Ui, view: &mut FilmView, known: &Known) {
         Rect::from_min_size(Pos2::new(place.left(), row.bottom() + 4.0), Vec2::new(place.width(), CURVE_HEIGHT));
     painter.rect_filled(below, 3.0, p.canvas);
     curve(&painter, below, known, &x_of, &p);
-    for key in &known.keys {
-        let at = Pos2::new(x_of(*key), below.top() + 1.0);
-        let mark = vec![at + Vec2::new(-3.0, 0.0), at + Vec2::new(3.0, 0.0), at + Vec2::new(0.0, 5.0)];
+    let mut marked = f32::NEG_INFINITY;
+    for x in known.keys.iter().map(|key| x_of(*key)) {
+        // Of a long film as many as can be told apart.
+        if x - marked < KEY_MARK {
+            continue;
+        }
+        marked = x;
+        let at = Pos2::new(x, below.top() + 1.0);
+        let side = Vec2::new(KEY_MARK / 2.0, 0.0);
+        let mark = vec![at - side, at + side, at + Vec2::new(0.0, KEY_MARK - 1.0)];
         painter.add(Shape::convex_polygon(mark, p.accent, Stroke::NONE));
     }
     let [a, b] = view.chosen.map(x_of);

@@ -83,24 +83,25 @@ const ENDS: [f64; 9] = [0.0, 0.2, 0.4, 0.6, 0.75, 0.85, 0.95, 0.99, 1.0];
 
 /// Confidence against truth, of all tracked points with or without a grid.
 pub fn reliability(samples: &[Sample], grid: bool) -> Vec<Bin> {
-    let said: Vec<(f64, bool)> = samples
-        .iter()
-        .filter(|s| s.grid == grid)
-        .filter_map(|s| Some((s.confidence?, s.error_px.is_some_and(|e| e < 1.0))))
-        .collect();
-    let bin = |ends: &[f64]| {
-        let inside = |c: f64| c >= ends[0] && (c < ends[1] || ends[1] >= 1.0);
-        let own: Vec<&(f64, bool)> = said.iter().filter(|s| inside(s.0)).collect();
+    ENDS.windows(2).map(|ends| Bin::of(samples, grid, [ends[0], ends[1]])).collect()
+}
+
+impl Bin {
+    /// The points whose confidence lies between two ends, the upper one not among them but where it is 1.
+    pub fn of(samples: &[Sample], grid: bool, [from, to]: [f64; 2]) -> Self {
+        let inside = |c: &f64| *c >= from && (*c < to || to >= 1.0);
+        let tracked = samples.iter().filter(|s| s.grid == grid);
+        let own: Vec<(f64, bool)> =
+            tracked.filter_map(|s| Some((s.confidence.filter(inside)?, s.error_px.is_some_and(|e| e < 1.0)))).collect();
         let n = own.len().max(1) as f64;
-        Bin {
-            from: ends[0],
-            to: ends[1],
+        Self {
+            from,
+            to,
             count: own.len(),
             said: own.iter().map(|s| s.0).sum::<f64>() / n,
             is: own.iter().filter(|s| s.1).count() as f64 / n,
         }
-    };
-    ENDS.windows(2).map(bin).collect()
+    }
 }
 
 /// Crossings that got the column and row of another, and all that were told apart.
