@@ -9,7 +9,7 @@ use nalgebra::Point2;
 use super::Scene;
 use super::app::App;
 use super::panels::frames::drag::Target;
-use super::panels::frames::{Tool, guide, points};
+use super::panels::frames::{guide, points};
 use super::suggesting::Suggested;
 use super::theme::on_picture;
 use super::view_state::{NoticeKind, Workspace};
@@ -99,12 +99,9 @@ pub fn paint(painter: &Painter, from: [f64; 2], found: &Refined, ui_from_image: 
 }
 
 impl App {
-    /// Whether a hand that snaps may soon need the pictures.
+    /// Whether a hand that snaps may need the pictures: ready before the first mark, so that none goes unsnapped unseen.
     pub(super) fn snapping_needs_pictures(&self) -> bool {
-        let frames = &self.view.frames;
-        let on_feature = self.view.focus.selected_vertex().is_some();
-        let marks = on_feature || matches!(frames.tool, Tool::Features | Tool::ScalePoints { grid: true, .. });
-        frames.snap && marks && self.view.workspace == Workspace::Frames
+        self.view.frames.snap && self.view.workspace == Workspace::Frames
     }
 
     /// Looks for the skin of the first frame, or for a crossing, about the selected mark or the one placed last, and puts it there.

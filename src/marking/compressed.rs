@@ -4,6 +4,8 @@
 //! skin is not: it is carried along by the coder's own motion, or stays where it was while the face moves on. Two such frames then agree
 //! almost pixel by pixel at places that are not the same skin, and nothing in what they differ by tells.
 
+use rayon::prelude::*;
+
 use super::prepared::Prepared;
 use super::registration::Skin;
 use crate::frames::Compression;
@@ -35,14 +37,15 @@ pub fn variance_px2(pictures: [&Prepared; 2], skin: &Skin, px_per_mm: f64) -> f6
 fn finest(picture: &Prepared, skin: &Skin) -> Option<f64> {
     let gray = picture.gray();
     let inner = |side: usize| (1..side.saturating_sub(1)).step_by(EVERY);
-    let mut sizes = Vec::new();
-    for y in inner(gray.height()) {
-        for x in inner(gray.width()).filter(|x| skin.shown(*x, y).is_some()) {
-            let at = |dx: isize, dy: isize| gray.at(x.cast_signed() + dx, y.cast_signed() + dy);
-            let across = |dy: isize| at(-1, dy) - 2.0 * at(0, dy) + at(1, dy);
-            sizes.push((across(-1) - 2.0 * across(0) + across(1)).abs());
-        }
-    }
+    let rows: Vec<usize> = inner(gray.height()).collect();
+    let of_row = |y: &usize| {
+        let [above, here, below] = [y - 1, *y, y + 1].map(|y| gray.row(y));
+        let across = |row: &[f32], x: usize| row[x - 1] - 2.0 * row[x] + row[x + 1];
+        let size = move |x: usize| (across(above, x) - 2.0 * across(here, x) + across(below, x)).abs();
+        let y = *y;
+        inner(gray.width()).filter(move |x| skin.shown(*x, y).is_some()).map(size)
+    };
+    let mut sizes: Vec<f32> = rows.par_iter().flat_map_iter(of_row).collect();
     if sizes.is_empty() {
         return None;
     }

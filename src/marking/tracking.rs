@@ -146,7 +146,8 @@ impl<'a> Tracker<'a> {
     /// Begins at the first picture: finds the crossings of a painted grid in it.
     pub fn new(first: &'a Prepared, points: &'a [Point], settings: TrackSettings) -> Self {
         let about: Vec<Point2<f64>> = points.iter().map(|p| p.first).collect();
-        let pieces = if settings.grid { grid::pieces(first, &about, settings.px_per_mm) } else { Vec::new() };
+        let pieces = || if settings.grid { grid::pieces(first, &about, settings.px_per_mm) } else { Vec::new() };
+        let pieces = together(pieces);
         Self { first, points, settings, pieces, field: Vec::new() }
     }
 
@@ -168,6 +169,10 @@ impl<'a> Tracker<'a> {
 
     /// Finds every point in the last picture, on the skin that the first shows.
     pub fn find(&self, last: &Prepared, skin: &Skin) -> Tracks {
+        together(|| self.found(last, skin))
+    }
+
+    fn found(&self, last: &Prepared, skin: &Skin) -> Tracks {
         let known: Vec<Leader> = self.points.iter().filter_map(leader_of_mark).collect();
         let field = self.scouted(last, &known);
         let expected = |at: &Point2<f64>| Lead::of(&field, at, None).map(|l| l.guess.at);
@@ -359,6 +364,11 @@ fn believed(found: &[Leader], scale: f64) -> Vec<Leader> {
         stray < SCOUT_STRAY[0] * scale + SCOUT_STRAY[1] * lead.scatter.min(scale)
     };
     found.par_iter().enumerate().filter(|(i, l)| agrees((*i, l))).map(|(_, l)| *l).collect()
+}
+
+/// Does something among the threads that share work: called from outside, each of many short passes would have to wake them.
+fn together<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    rayon::scope(|_| work())
 }
 
 /// Finds points of the first picture in the last; see [`Tracker`].
