@@ -8,27 +8,43 @@ use crate::draw::svg;
 const SIDES: [f64; 2] = [1080.0, 620.0];
 /// Left, top, right and bottom of the frame.
 const FRAME: [f64; 4] = [76.0, 74.0, 710.0, 548.0];
-/// Powers of ten that the axes span: time, µs, and error, px.
-const TIME: [f64; 2] = [1.0, 4.0];
-const ERROR: [f64; 2] = [-2.0, 1.0];
+/// Width and height that a number takes, px.
+const NUMBER: [f64; 2] = [17.0, 14.0];
 const WITH_GRID: &str = "#35478c";
 const BARE: &str = "#b4552d";
+
+/// Errors that are wanted: snapped crossings, tracked with a grid and without, px.
+const WANTED_PX: [f64; 3] = [0.1, 0.15, 0.5];
+
+/// The steps 1, 2, 5, 10, … from below all values to above them.
+fn steps(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let [least, most] =
+        values.filter(|v| *v > 0.0).fold([f64::INFINITY, 0.0_f64], |[least, most], v| [least.min(v), most.max(v)]);
+    let all: Vec<f64> = (-3..6).flat_map(|power| [1.0, 2.0, 5.0].map(|v| v * 10.0_f64.powi(power))).collect();
+    let from = all.iter().rposition(|v| *v <= least).unwrap_or(0);
+    let to = all.iter().position(|v| *v >= most).unwrap_or(all.len() - 1);
+    all.into_iter().skip(from).take((to + 1).saturating_sub(from).max(2)).collect()
+}
 
 /// Both axes are logarithmic. A mark is the median; the line from it ends at the error that 95 % stay below; the share not found stands
 /// beside the name.
 pub fn chart(summaries: &[Summary], seeds: usize) -> String {
     let [left, top, right, bottom] = FRAME;
-    let along = |v: f64, [from, to]: [f64; 2]| (v.max(1e-9).log10().clamp(from, to) - from) / (to - from);
-    let x = |us: f64| left + along(us, TIME) * (right - left);
-    let y = |px: f64| bottom - along(px, ERROR) * (bottom - top);
+    let times = steps(summaries.iter().map(|s| s.time_us));
+    let errors = steps(summaries.iter().flat_map(|s| [s.median_px, s.p95_px]));
+    let along = |v: f64, axis: &[f64]| match axis {
+        [from, .., to] => (v.max(1e-9) / from).log10().max(0.0) / (to / from).log10(),
+        _ => 0.0,
+    };
+    let x = |us: f64| left + along(us, &times) * (right - left);
+    let y = |px: f64| bottom - along(px, &errors) * (bottom - top);
     let mut out = format!(
         r##"<svg xmlns="http://www.w3.org/2000/svg" width="{}" height="{}" font-family="{}" font-size="13" fill="#26262c"><rect width="100%" height="100%" fill="#ffffff"/><text x="{left}" y="30" font-size="18">Finding points again: time against error</text><text x="{left}" y="52" fill="#5a5a64">{seeds} seeds; mark: median, end of the line: 95 % of those found; head 3 mm and 3°, light 20 %, noise 2 %</text>"##,
         SIDES[0],
         SIDES[1],
         svg::FONT_FAMILY
     );
-    for power in TIME[0] as i32..=TIME[1] as i32 {
-        let us = 10.0_f64.powi(power);
+    for &us in &times {
         let label = if us < 1e3 { format!("{us:.0} µs") } else { format!("{:.0} ms", us / 1e3) };
         let _ = write!(
             out,
@@ -37,8 +53,9 @@ pub fn chart(summaries: &[Summary], seeds: usize) -> String {
             bottom + 20.0
         );
     }
-    for (px, strong) in [(0.01, false), (0.1, true), (0.15, true), (0.5, true), (1.0, false), (10.0, false)] {
-        let stroke = if strong { "#c3c3cc" } else { "#e3e3e8" };
+    let wanted = WANTED_PX.iter().filter(|px| !errors.contains(px));
+    for &px in errors.iter().chain(wanted) {
+        let stroke = if WANTED_PX.contains(&px) { "#a9a9b4" } else { "#e3e3e8" };
         let _ = write!(
             out,
             r#"<path d="M{left} {0:.1}H{right}" stroke="{stroke}"/><text x="{1:.1}" y="{2:.1}" text-anchor="end">{px}</text>"#,
@@ -64,15 +81,20 @@ pub fn chart(summaries: &[Summary], seeds: usize) -> String {
             top + 0.5
         );
     }
-    let mut taken: Vec<[f64; 2]> = Vec::new();
+    // What no number may stand on: marks with their lines, and the numbers before it.
+    let mut taken: Vec<[f64; 4]> =
+        summaries.iter().map(|s| [x(s.time_us), y(s.p95_px), 4.0, y(s.median_px) - y(s.p95_px)]).collect();
     for (k, s) in summaries.iter().enumerate() {
         let colour = if s.grid { WITH_GRID } else { BARE };
         let (at, median, end) = (x(s.time_us), y(s.median_px), y(s.p95_px));
-        let mut number = [at, end - 8.0];
-        while taken.iter().any(|t| (t[0] - number[0]).abs() < 17.0 && (t[1] - number[1]).abs() < 14.0) {
-            number[0] += 17.0;
+        let on = |number: [f64; 2], t: &[f64; 4]| {
+            (t[0] - number[0]).abs() < 0.5 * NUMBER[0] + t[2] && number[1] > t[1] && number[1] - NUMBER[1] < t[1] + t[3]
+        };
+        let mut number = [at, end - 6.0];
+        while number[1] > top && taken.iter().any(|t| on(number, t)) {
+            number[1] -= 2.0;
         }
-        taken.push(number);
+        taken.push([number[0], number[1] - NUMBER[1], 0.5 * NUMBER[0], NUMBER[1]]);
         let failed = 100.0 * s.failed as f64 / s.count.max(1) as f64;
         let row = top + 26.0 + 34.0 * k as f64;
         let _ = write!(
