@@ -5,6 +5,7 @@ use nalgebra::{Point2, Point3, Vector3};
 
 use super::analysis::{Analysis, Pull};
 use crate::displacement::VertexState;
+use crate::expression::jaw::jaw_of;
 use crate::face::FaceModel;
 use crate::muscle::Fibre;
 use crate::pipeline::{Outcome, held_by};
@@ -81,7 +82,8 @@ impl Replay {
     /// Lets the muscles that were found pull ([`pull_of_muscles`], N on every vertex), and the measured forces.
     ///
     /// The skin is that of the project's settings, without tension at rest, since F = −K X has none either; it slides over the skull,
-    /// and what the project holds stays ([`held_by`]).
+    /// and what the project holds stays ([`held_by`]). The jaw is as far open as it was found with the muscles, where it was
+    /// ([`crate::pipeline::MuscleForces::jaw`]), and else shut.
     ///
     /// # Errors
     /// [`ReplayError`].
@@ -98,7 +100,12 @@ impl Replay {
         }
         let mesh = face.mesh();
         let (fixed, settings) = (held_by(project, face, &outcome.first), &project.settings);
-        let mut rest = SkinAtRest::new(mesh, &outcome.first, &fixed, None, &settings.skin_spec())?;
+        let open = outcome.muscles.as_ref().and_then(|found| found.jaw);
+        let jaw = open.and_then(|_| jaw_of(face, &outcome.first));
+        let mut rest = SkinAtRest::new(mesh, &outcome.first, &fixed, jaw, &settings.skin_spec())?;
+        if let Some(open) = open {
+            rest.open_jaw(open.deg.to_radians());
+        }
         let normals = mesh.vertex_normals(&outcome.first);
         let mut simulated = |loads: Vec<Vector3<f64>>| -> Result<Simulated, ReplayError> {
             let found = rest.solve(loads, &outcome.first).map_err(RestError::from)?;
@@ -208,7 +215,7 @@ mod tests {
     use crate::fit::{Compare, Noise, Sample};
     use crate::forces::{Skin, SkinModel};
     use crate::muscle::{LawKind, MuscleLaw};
-    use crate::pipeline::{self, ForceField, Workspace};
+    use crate::pipeline::{self, ForceField, JawOpen, MuscleForces, Workspace};
     use crate::project::{Feature, Role};
     use crate::simulate::{EquilibriumSolver, MembraneSolver, System, SystemOptions};
 
@@ -279,6 +286,41 @@ mod tests {
         for v in [still as usize, fixed as usize] {
             assert!((replay.of_muscles.positions[v] - outcome.first[v]).norm() < 1e-9, "vertex {v} is held");
         }
+    }
+
+    /// A mouth that opens without any pull: with the jaw that was found the whole motion is given back, with a shut one hardly any.
+    #[test]
+    fn a_jaw_that_was_found_open_is_opened_again() {
+        let (face, project) = (face::generic(), Project::default());
+        let mut outcome = pipeline::solve(&project, &face, [1036, 1036], &mut Workspace::default());
+        let none = vec![Vector3::zeros(); face.mesh().len()];
+        let held = held_by(&project, &face, &outcome.first);
+        let jaw = jaw_of(&face, &outcome.first);
+        let spec = project.settings.skin_spec();
+        let mut rest = SkinAtRest::new(face.mesh(), &outcome.first, &held, jaw, &spec).unwrap();
+        rest.open_jaw(8.0_f64.to_radians());
+        outcome.last = rest.solve(none.clone(), &outcome.first).unwrap().positions;
+        outcome.last_in_image = outcome.last.iter().map(|x| outcome.camera.image_from_face(x)).collect();
+        outcome.states = vec![VertexState::Measured; face.mesh().len()];
+        let mut explained = |jaw: Option<JawOpen>| {
+            outcome.muscles = Some(MuscleForces {
+                law: LawKind::Anatomical,
+                pulling: Vec::new(),
+                jaw,
+                among: 0,
+                explained: 0.0,
+                left_px: 0.0,
+                misfit: 1.0,
+                besides: None,
+                measured: none.clone(),
+                measured_sigma: none.iter().map(|_| 0.0).collect(),
+            });
+            let replay = Replay::new(&project, &face, &outcome, none.clone()).unwrap();
+            replay.explained(&replay.of_muscles)
+        };
+        let open = explained(Some(JawOpen { deg: 8.0, between: [7.0, 9.0] }));
+        let shut = explained(None);
+        assert!(open > 0.999_999 && shut.abs() < 0.01, "open {open}, shut {shut}");
     }
 
     #[test]
