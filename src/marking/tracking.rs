@@ -146,8 +146,8 @@ impl<'a> Tracker<'a> {
     /// Begins at the first picture: finds the crossings of a painted grid in it.
     pub fn new(first: &'a Prepared, points: &'a [Point], settings: TrackSettings) -> Self {
         let about: Vec<Point2<f64>> = points.iter().map(|p| p.first).collect();
-        let pieces = || if settings.grid { grid::pieces(first, &about, settings.px_per_mm) } else { Vec::new() };
-        let pieces = together(pieces);
+        let find = || grid::pieces(first, &about, settings.px_per_mm);
+        let pieces = if settings.grid { together(find) } else { Vec::new() };
         Self { first, points, settings, pieces, field: Vec::new() }
     }
 

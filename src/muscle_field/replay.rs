@@ -313,7 +313,7 @@ mod tests {
                 misfit: 1.0,
                 besides: None,
                 measured: none.clone(),
-                measured_sigma: none.iter().map(|_| 0.0).collect(),
+                measured_sigma: vec![0.0; none.len()],
             });
             let replay = Replay::new(&project, &face, &outcome, none.clone()).unwrap();
             replay.explained(&replay.of_muscles)

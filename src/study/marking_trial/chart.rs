@@ -16,28 +16,25 @@ const BARE: &str = "#b4552d";
 /// Errors that are wanted: snapped crossings, tracked with a grid and without, px.
 const WANTED_PX: [f64; 3] = [0.1, 0.15, 0.5];
 
-/// The steps 1, 2, 5, 10, … from below all values to above them.
-fn steps(values: impl Iterator<Item = f64>) -> Vec<f64> {
-    let [least, most] =
-        values.filter(|v| *v > 0.0).fold([f64::INFINITY, 0.0_f64], |[least, most], v| [least.min(v), most.max(v)]);
+/// The steps 1, 2, 5, 10, … of a logarithmic axis from below all values to above them, and how far along it a value lies, 0 to 1.
+fn axis(values: impl Iterator<Item = f64>) -> (Vec<f64>, impl Fn(f64) -> f64) {
+    let [least, most] = values.fold([f64::INFINITY, 0.0_f64], |[least, most], v| [least.min(v), most.max(v)]);
     let all: Vec<f64> = (-3..6).flat_map(|power| [1.0, 2.0, 5.0].map(|v| v * 10.0_f64.powi(power))).collect();
-    let from = all.iter().rposition(|v| *v <= least).unwrap_or(0);
-    let to = all.iter().position(|v| *v >= most).unwrap_or(all.len() - 1);
-    all.into_iter().skip(from).take((to + 1).saturating_sub(from).max(2)).collect()
+    let last = all.len() - 1;
+    let from = all.iter().rposition(|v| *v <= least).unwrap_or(0).min(last - 1);
+    let to = all.iter().position(|v| *v >= most).unwrap_or(last).max(from + 1);
+    let [low, high] = [all[from], all[to]];
+    (all[from..=to].to_vec(), move |v| (v.clamp(low, high) / low).ln() / (high / low).ln())
 }
 
 /// Both axes are logarithmic. A mark is the median; the line from it ends at the error that 95 % stay below; the share not found stands
 /// beside the name.
 pub fn chart(summaries: &[Summary], seeds: usize) -> String {
     let [left, top, right, bottom] = FRAME;
-    let times = steps(summaries.iter().map(|s| s.time_us));
-    let errors = steps(summaries.iter().flat_map(|s| [s.median_px, s.p95_px]));
-    let along = |v: f64, axis: &[f64]| match axis {
-        [from, .., to] => (v.max(1e-9) / from).log10().max(0.0) / (to / from).log10(),
-        _ => 0.0,
-    };
-    let x = |us: f64| left + along(us, &times) * (right - left);
-    let y = |px: f64| bottom - along(px, &errors) * (bottom - top);
+    let (times, along) = axis(summaries.iter().map(|s| s.time_us));
+    let (errors, up) = axis(summaries.iter().flat_map(|s| [s.median_px, s.p95_px]));
+    let x = |us: f64| left + along(us) * (right - left);
+    let y = |px: f64| bottom - up(px) * (bottom - top);
     let mut out = format!(
         r##"<svg xmlns="http://www.w3.org/2000/svg" width="{}" height="{}" font-family="{}" font-size="13" fill="#26262c"><rect width="100%" height="100%" fill="#ffffff"/><text x="{left}" y="30" font-size="18">Finding points again: time against error</text><text x="{left}" y="52" fill="#5a5a64">{seeds} seeds; mark: median, end of the line: 95 % of those found; head 3 mm and 3°, light 20 %, noise 2 %</text>"##,
         SIDES[0],
