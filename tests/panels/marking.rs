@@ -166,6 +166,8 @@ fn a_predicted_point_is_no_data_until_it_is_accepted_or_dragged() {
     let id = PointId::FeatureLast(v);
     let at = on_screen(&window, Which::Last, mark_of(&window, &id).unwrap());
     click(&mut window, at);
+    // A suggestion would take the prediction's place as soon as it is there.
+    key(&mut window, Key::H);
     let count = window.state().project().measured_count();
     key(&mut window, Key::Delete);
     assert_eq!(window.state().project().measured_count(), count - 1);
