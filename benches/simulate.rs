@@ -228,14 +228,22 @@ fn random_starts(face: &FaceModel, starts: u64) -> Result<Tally, Box<dyn std::er
         let mut energy = system.energy(&state).total();
         let slack = 1e-6 * energy.abs().max(1.0);
         let mut stepper = Stepper::new(Method::default());
-        for _ in 0..60 {
+        for step in 0..60 {
             if let Err(failure) = stepper.step(&system, &mut state, step_s) {
                 println!("seed {seed}: {failure}");
                 tally.failed += 1;
                 break;
             }
             let now = system.energy(&state).total();
-            tally.gained += usize::from(now > energy + slack);
+            if now > energy + slack {
+                tally.gained += 1;
+                println!(
+                    "seed {seed}: stiffness {stiffness:.4}, steps of {:.2} ms: step {step} gained {:.2e} of {:.2e} mJ",
+                    1e3 * step_s,
+                    now - energy,
+                    energy.abs()
+                );
+            }
             energy = now;
         }
         let after = folds(&state.positions);

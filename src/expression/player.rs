@@ -54,6 +54,18 @@ pub struct Pace {
     pub ramp_s: f64,
 }
 
+/// A face of more vertices is stepped by [`COARSE_STEP_S`] where nobody chose a step.
+const FINELY_STEPPED: usize = 2000;
+/// Longest step for which implicit Euler was tried from random starts, s.
+const COARSE_STEP_S: f64 = 0.033;
+
+impl Pace {
+    /// The step that lets a face of so many vertices play as fast as it would move, s.
+    pub fn step_for_s(vertices: usize) -> f64 {
+        if vertices > FINELY_STEPPED { COARSE_STEP_S } else { Self::default().step_s }
+    }
+}
+
 impl Default for Pace {
     fn default() -> Self {
         Self { method: Method::default(), step_s: 1.0 / 60.0, ramp_s: 0.35 }

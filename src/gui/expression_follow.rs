@@ -50,6 +50,11 @@ impl App {
         self.ask_for_skin(ctx);
         self.take_from_fit(ctx);
         let picked = self.view.focus.selected_vertex();
+        if let Some(ready) = self.expression_work.ready()
+            && !self.view.expressions.step_chosen
+        {
+            self.view.expressions.pace.step_s = Pace::step_for_s(ready.rest.len());
+        }
         let (wanted, pace) = (self.view.expressions.wanted(), self.view.expressions.pace);
         let frame_s = f64::from(ctx.input(|i| i.unstable_dt)).min(LONGEST_FRAME_S);
         let before = self.expression_work.ready.as_ref().map(|r| r.time_s);

@@ -19,6 +19,10 @@ use crate::simulate::Equilibrium;
 const IN_FRAME: Duration = Duration::from_millis(8);
 /// So long at most a simulation beside the window works before it shows what it has.
 const BESIDE: Duration = Duration::from_millis(60);
+/// No more time than this is made up for, s: the play is slowed instead.
+const MADE_UP_S: f64 = 0.1;
+/// The rate of the play is found anew after so much time, s.
+const RATED_S: f64 = 0.7;
 /// Skin slower than this, with every activation where it is wanted, is at rest, mm/s.
 const AT_REST_MM_S: f64 = 0.2;
 /// A skin of so many vertices or fewer settles between two frames; a larger one beside the window.
@@ -114,12 +118,32 @@ pub struct Meter {
     pub step_ms: f64,
     /// Frames a second while it plays.
     pub fps: f64,
-    /// Simulated time over shown time: 1 where it keeps up.
+    /// Simulated time over shown time: 1 where it keeps up; 0 until it is known.
     pub rate: f64,
+    /// Time shown and simulated since the rate was last found, s.
+    shown_s: f64,
+    simulated_s: f64,
 }
 
 impl Meter {
-    fn count(&mut self, steps: usize, took: Duration) {
+    /// A frame of the window has passed.
+    fn pass(&mut self, frame_s: f64) {
+        let fps = 1.0 / frame_s.max(1e-4);
+        self.fps = if self.fps > 0.0 { 0.9 * self.fps + 0.1 * fps } else { fps };
+        self.shown_s += frame_s;
+        if self.shown_s >= RATED_S {
+            self.rate = (self.simulated_s / self.shown_s).clamp(1e-3, 1.0);
+            (self.shown_s, self.simulated_s) = (0.0, 0.0);
+        }
+    }
+
+    /// Nothing moves any more.
+    fn rest(&mut self) {
+        *self = Self { step_ms: self.step_ms, ..Self::default() };
+    }
+
+    fn count(&mut self, steps: usize, step_s: f64, took: Duration) {
+        self.simulated_s += steps as f64 * step_s;
         if steps > 0 {
             let each = 1e3 * took.as_secs_f64() / steps as f64;
             self.step_ms = if self.step_ms > 0.0 { 0.8 * self.step_ms + 0.2 * each } else { each };
@@ -218,7 +242,7 @@ impl ExpressionWork {
         let Place::Beside(receiver) = &self.place else { return };
         match receiver.try_recv() {
             Ok(returned) => {
-                self.meter.count(returned.steps, returned.took);
+                self.meter.count(returned.steps, returned.player.pace().step_s, returned.took);
                 if let Some(settled) = returned.settled {
                     self.settled = Some(words_of(settled));
                 }
@@ -257,6 +281,10 @@ impl ExpressionWork {
     ) -> bool {
         self.fetch();
         if !matches!(self.place, Place::Here(_)) {
+            if self.playing {
+                self.meter.pass(frame_s);
+                self.owed_s += frame_s;
+            }
             return matches!(self.place, Place::Beside(_));
         }
         let Place::Here(mut player) = std::mem::take(&mut self.place) else { return false };
@@ -272,14 +300,13 @@ impl ExpressionWork {
         let mut steps = std::mem::take(&mut self.steps_wanted);
         let moving = self.playing && player.failure().is_none() && !is_at_rest(&player);
         if moving {
-            self.owed_s += frame_s;
+            self.meter.pass(frame_s);
+            self.owed_s = (self.owed_s + frame_s).min(MADE_UP_S.max(pace.step_s));
             let due = (self.owed_s / pace.step_s + 1e-6).floor();
             self.owed_s = (self.owed_s - due * pace.step_s).max(0.0);
             steps += due as usize;
-            let fps = 1.0 / frame_s.max(1e-4);
-            self.meter.fps = if self.meter.fps > 0.0 { 0.9 * self.meter.fps + 0.1 * fps } else { fps };
         } else {
-            self.meter.fps = 0.0;
+            self.meter.rest();
             self.owed_s = 0.0;
         }
         let slow = self.meter.step_ms > 1e3 * IN_FRAME.as_secs_f64();
@@ -289,11 +316,7 @@ impl ExpressionWork {
             return true;
         }
         let (taken, took) = take_steps(&mut player, steps, IN_FRAME);
-        self.meter.count(taken, took);
-        if moving && steps > 0 {
-            let rate = taken as f64 / steps as f64;
-            self.meter.rate = if self.meter.rate > 0.0 { 0.9 * self.meter.rate + 0.1 * rate } else { rate };
-        }
+        self.meter.count(taken, pace.step_s, took);
         if settle {
             self.settled = Some(words_of(player.settle().map_err(|e| e.to_string())));
         }
@@ -307,19 +330,14 @@ impl ExpressionWork {
         let (sender, receiver) = channel();
         let ctx = ctx.clone();
         let most = if settle { Duration::ZERO } else { BESIDE };
-        let spawned = std::thread::Builder::new().name("simulation".into()).spawn(move || {
+        // Without a thread the sender is gone, which is found with the next frame.
+        let _ = std::thread::Builder::new().name("simulation".into()).spawn(move || {
             let (steps, took) = take_steps(&mut player, steps, most);
             let settled = settle.then(|| player.settle().map_err(|e| e.to_string()));
             // The window may be gone; then nobody waits.
             let _ = sender.send(Returned { player, steps, took, settled });
             ctx.request_repaint();
         });
-        if spawned.is_ok() {
-            let asked = steps as f64 * self.meter.step_ms;
-            let rate = (1e3 * BESIDE.as_secs_f64() / asked.max(1e-9)).min(1.0);
-            self.meter.rate = rate;
-        }
-        // Without a thread the sender is gone, which is found with the next frame.
         self.place = Place::Beside(receiver);
     }
 }

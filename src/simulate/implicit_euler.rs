@@ -4,8 +4,9 @@
 //!
 //! Its derivative set to zero is M (x' − y) / Δt² = f(x') − c (x' − x_t) / Δt: the step of Thesis (4.13), (4.14) with every
 //! force at the new place. Each iteration lowers that sum, so U' + ½ m |v' − v|² never exceeds ½ m v² + U, whatever the step: it
-//! cannot run away. At its minimum the whole energy falls where U is convex, as that of skin with tension at rest is. It takes away motion that is faster than the step. Where the iterations end early (a stiff skin, a long step)
-//! the rest is done in the next step.
+//! cannot run away. At its minimum the whole energy falls where U is convex, as that of skin with tension at rest is. It takes away
+//! motion that is faster than the step. Where the iterations end early (a stiff skin, a long step) the rest is done in the next
+//! step. Where a bone has moved, the search begins with the skin carried along by it, if that lies lower.
 
 use nalgebra::Point3;
 
@@ -19,11 +20,11 @@ use super::system::{State, System};
 /// Newton steps at most in a time step.
 const ITERATIONS: usize = 8;
 /// Smaller Newton steps end the search, in sizes of the face.
-const SMALL: f64 = 1e-4;
+const SMALL: f64 = 3e-4;
 /// Newton steps that are shorter are not gone, in sizes of the face.
 const NOTHING: f64 = 1e-8;
-/// After a whole step shorter than this share of the face's size the factor may serve once more.
-const NEAR: f64 = 0.02;
+/// A direction of the factor of an earlier time that is longer is not believed, in sizes of the face.
+const NEAR: f64 = 0.01;
 
 /// Memory of the minimiser.
 #[derive(Debug)]
@@ -33,6 +34,10 @@ pub(super) struct Solver {
     pulls: Pulls,
     begin: Vec<Point3<f64>>,
     aim: Vec<Point3<f64>>,
+    /// Where the bones carried the skin that was there.
+    carried: Vec<Point3<f64>>,
+    /// The jaw's angle in the step before, rad.
+    jaw_rad: f64,
     /// The step that the factor was made for, s; none where there is no factor.
     factored_s: Option<f64>,
 }
@@ -45,6 +50,8 @@ impl Solver {
             pulls: Pulls::default(),
             begin: Vec::new(),
             aim: Vec::new(),
+            carried: Vec::new(),
+            jaw_rad: 0.0,
             factored_s: None,
         })
     }
@@ -54,7 +61,7 @@ pub(super) fn step(system: &System, state: &mut State, step_s: f64, room: &mut R
     if room.implicit.is_none() {
         room.implicit = Solver::new(system).ok();
     }
-    let Some(Solver { newton, search, pulls, begin, aim, factored_s }) = &mut room.implicit else {
+    let Some(Solver { newton, search, pulls, begin, aim, carried, jaw_rad, factored_s }) = &mut room.implicit else {
         return Err((0, Cause::NoFactor));
     };
     let per_square = 1.0 / (step_s * step_s);
@@ -77,13 +84,28 @@ pub(super) fn step(system: &System, state: &mut State, step_s: f64, room: &mut R
         }
         energy
     };
+    // Skin that goes with a bone is nearer to where it will be than skin that is left behind by it.
+    let before_rad = std::mem::replace(jaw_rad, system.jaw_rad());
+    carried.clear();
+    if let Some(bones) = system.carried_since(before_rad) {
+        carried.extend(state.positions.iter().enumerate().map(|(i, p)| system.allowed(i, &bones.place(i, p))));
+    }
     state.positions.clone_from(begin);
     let mut energy = evaluate(&state.positions, pulls);
+    if !carried.is_empty() {
+        let there = evaluate(carried, pulls);
+        if there < energy {
+            energy = there;
+            state.positions.clone_from(carried);
+        } else {
+            evaluate(&state.positions, pulls);
+        }
+    }
     // Skin that moves little from one step to the next is met by the factor of the step before.
     let mut keeps = *factored_s == Some(step_s) && !search.is_worn();
     search.begin();
     for _ in 0..ITERATIONS {
-        let kept = keeps;
+        let kept = std::mem::take(&mut keeps);
         if kept {
             newton.keep(system, &state.positions);
         }
@@ -98,6 +120,9 @@ pub(super) fn step(system: &System, state: &mut State, step_s: f64, room: &mut R
         if longest < NOTHING * system.size_mm() {
             break;
         }
+        if kept && longest > NEAR * system.size_mm() {
+            continue;
+        }
         newton.bends(&search.direction, &mut search.bend);
         let found = search.descend(system, &mut state.positions, energy, slope, |x| evaluate(x, pulls));
         let Some((share, after)) = found else {
@@ -105,14 +130,12 @@ pub(super) fn step(system: &System, state: &mut State, step_s: f64, room: &mut R
                 break;
             }
             energy = evaluate(&state.positions, pulls);
-            keeps = false;
             continue;
         };
         energy = after;
         if search.arrived(longest, share, SMALL * system.size_mm(), kept) {
             break;
         }
-        keeps = search.keeps(NEAR * system.size_mm());
     }
     system.velocities(begin, step_s, state);
     Ok(())

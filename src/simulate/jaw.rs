@@ -57,12 +57,12 @@ impl Pose {
 
 /// Two poses of the bones.
 #[derive(Debug)]
-pub(super) struct Carried<'a> {
-    pub(super) now: &'a Pose,
+pub(super) struct Carried {
+    pub(super) now: Pose,
     pub(super) then: Pose,
 }
 
-impl Carried<'_> {
+impl Carried {
     /// A place on the bone of a vertex, carried from now to then.
     pub(super) fn place(&self, i: usize, p: &Point3<f64>) -> Point3<f64> {
         self.then.moved(i, &self.now.back(i, p))

@@ -21,7 +21,7 @@ pub struct System {
     springs_at: Lists,
     wedges_at: Lists,
     /// Mass of each vertex in N s²/mm (kg / 1000).
-    pub(super) inertia: Vec<f64>,
+    pub(crate) inertia: Vec<f64>,
     pub(super) free: Vec<bool>,
     pub(super) options: SystemOptions,
     skull: Option<(Skull, Vec<f64>)>,
@@ -204,9 +204,15 @@ impl System {
 
     /// Places on the bones as these would carry them if the jaw opened by so much more, rad, and vectors there turned back with them; none without
     /// a jaw.
-    pub(super) fn carried_further(&self, by_rad: f64) -> Option<Carried<'_>> {
+    pub(super) fn carried_further(&self, by_rad: f64) -> Option<Carried> {
         let jaw = self.jaw.as_ref()?;
-        Some(Carried { now: &self.pose, then: Pose::of(jaw, self.jaw_rad + by_rad) })
+        Some(Carried { now: self.pose.clone(), then: Pose::of(jaw, self.jaw_rad + by_rad) })
+    }
+
+    /// The same from where the bones were at an angle of the jaw, rad, to where they are; none where that is the angle it has.
+    pub(super) fn carried_since(&self, before_rad: f64) -> Option<Carried> {
+        let jaw = self.jaw.as_ref().filter(|_| before_rad != self.jaw_rad)?;
+        Some(Carried { now: Pose::of(jaw, before_rad), then: self.pose.clone() })
     }
 
     /// Coordinates in which a free vertex can move: 2 over the skull, else 3.

@@ -4,18 +4,18 @@ use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
 use egui_kittest::{SnapshotOptions, SnapshotResults};
 use frontalis::expression::player::Pace;
-use frontalis::expression::{Basic, Expression, Holding, Setup, Shown};
+use frontalis::expression::{Basic, Expression, Holding, Refined, Setup, Shown};
 use frontalis::gui::action::Action;
 use frontalis::gui::dialogs::Purpose;
 use frontalis::gui::export_expression::Choice;
 use frontalis::gui::expression_work::{Base, Ready};
 use frontalis::gui::panels::expressions::{Curve, Paint};
-use frontalis::gui::{Command, Workspace};
+use frontalis::gui::{App, Command, Workspace};
 use frontalis::project::{PointId, Project};
 use frontalis::simulate::Method;
 
 use crate::pictures::can_draw;
-use crate::stage::{Person, Window, keys, open, project, settle};
+use crate::stage::{Person, Window, keys, open, project, settle, show};
 
 const SIZE: [f32; 2] = [1280.0, 800.0];
 
@@ -134,6 +134,7 @@ fn a_failure_stops_says_where_and_reset_leads_out() {
     let view = &mut window.state_mut().view_mut().expressions;
     view.setup = Setup { stiffness: 100.0, ..Setup::default() };
     view.pace = Pace { method: Method::ExplicitEuler, step_s: 0.033, ramp_s: 0.0 };
+    view.step_chosen = true;
     settle(&mut window);
     act(&mut window, Action::Preset(Basic::Fear));
     for _ in 0..3000 {
@@ -145,9 +146,36 @@ fn a_failure_stops_says_where_and_reset_leads_out() {
     window.run_steps(2);
     assert!(ready(&window).failure.is_some() && !window.state().expression_work().is_playing());
     assert!(says(&window, "The play has stopped.") && says(&window, "Explicit Euler failed at step"));
-    window.state_mut().view_mut().expressions.pace = Pace::default();
+    let view = &mut window.state_mut().view_mut().expressions;
+    (view.pace, view.step_chosen) = (Pace::default(), false);
     act(&mut window, Action::ResetPlay);
     assert!(ready(&window).failure.is_none() && !says(&window, "The play has stopped."));
+}
+
+/// Once refined the generic face has 2,354 vertices.
+#[test]
+fn a_fine_face_takes_longer_steps_until_one_is_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let generic = frontalis::face::generic();
+    let fine = std::sync::Arc::new(Refined::new(&generic, 1).unwrap().face);
+    let of_generic = project(folder.path(), &generic, true);
+    let mut window = show(App::new(of_generic, None, fine, Box::new(Person::default())), SIZE, true);
+    keys(&mut window, Modifiers::COMMAND, Key::Num4);
+    settle(&mut window);
+    assert_eq!(ready(&window).rest.len(), 2354);
+    let step_s = |window: &Window| window.state().view().expressions.pace.step_s;
+    assert_eq!(step_s(&window), 0.033);
+    window.state_mut().view_mut().expressions.base = Base::Generic;
+    settle(&mut window);
+    assert_eq!(step_s(&window), 1.0 / 60.0);
+    window.get_by_role_and_label(egui::accesskit::Role::Slider, "Step").focus();
+    window.run_steps(2);
+    keys(&mut window, Modifiers::NONE, Key::ArrowLeft);
+    let chosen = step_s(&window);
+    assert!((1e-4..=0.033).contains(&chosen) && chosen != 1.0 / 60.0, "{chosen}");
+    window.state_mut().view_mut().expressions.base = Base::Project;
+    settle(&mut window);
+    assert_eq!((ready(&window).rest.len(), step_s(&window)), (2354, chosen));
 }
 
 #[test]

@@ -122,13 +122,14 @@ pub(super) fn model(ui: &mut Ui, ready: &Ready, view: &mut ExpressionsView) {
         combo.response.on_hover_text(capital(view.pace.method.promise()));
         ui.end_row();
 
-        ui.label("Step").on_hover_text("Time of a step");
+        ui.label("Step").on_hover_text("Time of a step. Until it is chosen: 16.7 ms, and 33 ms for a face of more than 2,000 vertices");
         let mut ms = 1e3 * view.pace.step_s;
         let slider = Slider::new(&mut ms, 0.1..=33.0).logarithmic(true).suffix(" ms");
         let response = ui.add(exact(slider, 1));
         response.widget_info(|| WidgetInfo::slider(true, ms, "Step"));
         if response.changed() {
             view.pace.step_s = 1e-3 * ms;
+            view.step_chosen = true;
         }
         ui.end_row();
     });

@@ -39,6 +39,8 @@ pub struct ExpressionsView {
     pub setup: Setup,
     /// How time is stepped.
     pub pace: Pace,
+    /// Whether a person chose the step; else it is that which suits the face.
+    pub step_chosen: bool,
     /// What is on the skin.
     pub paint: Paint,
     /// Whether edges are drawn.
@@ -93,6 +95,7 @@ impl Default for ExpressionsView {
             base: Base::default(),
             setup: Setup::default(),
             pace: Pace::default(),
+            step_chosen: false,
             paint: Paint::default(),
             wireframe: false,
             curve: Curve::default(),
