@@ -105,7 +105,6 @@ fn muscles_are_fitted_beside_the_window_and_only_the_last_question_is_answered()
 fn a_fit_that_is_stopped_leaves_the_measured_field_and_says_so() {
     let (mut window, _folder) = window(SIZE, Person::default());
     ask(&mut window, slow());
-    window.step();
     let job = fits(&window)[0];
     window.state_mut().push(Command::CancelJob(job));
     settle(&mut window);
@@ -128,11 +127,10 @@ fn results_that_are_exported_during_a_fit_are_the_muscles() {
     person.will_choose(&[out.path()]);
     let (mut window, _folder) = window(SIZE, person);
     ask(&mut window, slow());
-    window.step();
     assert_eq!(fits(&window).len(), 1);
+    assert!(window.state().outcome().muscles.is_none(), "still on its way");
     window.state_mut().push(Command::Do(frontalis::gui::action::Action::Export));
     window.step();
-    assert!(window.state().outcome().muscles.is_none(), "still on its way");
     settle(&mut window);
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(out.path().join("report.json")).unwrap()).unwrap();
