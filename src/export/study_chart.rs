@@ -28,6 +28,8 @@ const LETTERS: usize = 54;
 pub struct Panel {
     /// Above it.
     pub title: String,
+    /// What the errors are of.
+    pub error: &'static str,
     /// Its points.
     pub points: Vec<Point>,
     /// Points that were chosen.
@@ -45,6 +47,17 @@ pub struct Chosen {
     pub words: String,
 }
 
+/// What an error of forces is called.
+pub(super) const FORCE_ERROR: &str = "relative force error";
+
+/// What the errors of a part of the study of accuracy are of.
+pub fn error_words(part: &str) -> &'static str {
+    match part {
+        "forward" | "face" | "marks" => "relative error",
+        _ => FORCE_ERROR,
+    }
+}
+
 /// The panels of a table: one a part and noise, in the order of the table; `title` says what a part is about.
 pub fn panels(runs: &[Run], title: impl Fn(&str) -> String) -> Vec<Panel> {
     let mut keys: Vec<(&str, f64)> = Vec::new();
@@ -58,7 +71,8 @@ pub fn panels(runs: &[Run], title: impl Fn(&str) -> String) -> Vec<Panel> {
         let mut own: Vec<Point> = points(runs, part).into_iter().filter(|p| p.noise_px == noise).collect();
         mark_front(&mut own);
         let noise = if several(part) || noise > 0.0 { format!(", {noise} px of marking noise") } else { String::new() };
-        Panel { title: format!("{}{noise}", title(part)), points: own, chosen: Vec::new() }
+        let title = format!("{}{noise}", title(part));
+        Panel { title, error: error_words(part), points: own, chosen: Vec::new() }
     };
     keys.iter().map(panel).collect()
 }
@@ -117,7 +131,7 @@ fn draw(out: &mut String, panel: &Panel, top: f64) -> f64 {
         y: decades(errors),
     };
     let _ = write!(out, r#"<text x="{LEFT}" y="{top:.1}" font-size="15">{}</text>"#, escape(&panel.title));
-    frame(out, &place, failures);
+    frame(out, &place, panel.error, failures);
     let mut methods: Vec<&str> = Vec::new();
     for p in own {
         if !methods.contains(&p.method.as_str()) {
@@ -187,7 +201,7 @@ fn draw(out: &mut String, panel: &Panel, top: f64) -> f64 {
     (place.plot[3] + 46.0).max(row) - top
 }
 
-fn frame(out: &mut String, place: &Place, failures: bool) {
+fn frame(out: &mut String, place: &Place, error: &str, failures: bool) {
     let [left, top, right, bottom] = place.plot;
     for power in place.x[0].log10().round() as i32..=place.x[1].log10().round() as i32 {
         let [x, _] = place.at(10_f64.powi(power), place.y[0]);
@@ -211,7 +225,7 @@ fn frame(out: &mut String, place: &Place, failures: bool) {
     let [live, _] = place.at(LIVE_MS, place.y[0]);
     let _ = write!(
         out,
-        r##"<path d="M{live:.1} {top:.1}V{bottom:.1}" stroke="#8a8a94" stroke-width="1.5"/><text transform="translate({:.1} {:.1}) rotate(-90)" fill="{WEAK}" font-size="12" stroke="#ffffff" stroke-width="3" paint-order="stroke">16 ms: live while dragging</text><path d="M{left:.1} {top:.1}V{bottom:.1}H{right:.1}" stroke="{INK}" fill="none"/><text x="{:.1}" y="{:.1}" text-anchor="middle" fill="{WEAK}">median time</text><text transform="translate(22 {:.1}) rotate(-90)" text-anchor="middle" fill="{WEAK}">relative force error</text>"##,
+        r##"<path d="M{live:.1} {top:.1}V{bottom:.1}" stroke="#8a8a94" stroke-width="1.5"/><text transform="translate({:.1} {:.1}) rotate(-90)" fill="{WEAK}" font-size="12" stroke="#ffffff" stroke-width="3" paint-order="stroke">16 ms: live while dragging</text><path d="M{left:.1} {top:.1}V{bottom:.1}H{right:.1}" stroke="{INK}" fill="none"/><text x="{:.1}" y="{:.1}" text-anchor="middle" fill="{WEAK}">median time</text><text transform="translate(22 {:.1}) rotate(-90)" text-anchor="middle" fill="{WEAK}">{error}</text>"##,
         live - 5.0,
         bottom - 8.0,
         0.5 * (left + right),
@@ -346,7 +360,7 @@ mod tests {
 
     #[test]
     fn an_empty_table_is_an_empty_chart() {
-        let nothing = [Panel { title: String::new(), points: Vec::new(), chosen: Vec::new() }];
+        let nothing = [Panel { title: String::new(), error: FORCE_ERROR, points: Vec::new(), chosen: Vec::new() }];
         crate::draw::svg::paint(&svg("", &nothing, ""), 1.0).unwrap();
     }
 }

@@ -1,6 +1,6 @@
 //! The chart of the ladder: the error that 95 % of twins stay below against the time after a drag, with the rungs that were chosen.
 
-use super::study_chart::{self, Chosen, Panel};
+use super::study_chart::{self, Chosen, FORCE_ERROR, Panel};
 use crate::draw::numbers::significant;
 use crate::study::Run;
 use crate::study::ladder::{Goal, Goals, Standing, choose, standings};
@@ -42,6 +42,7 @@ fn panel(rungs: &[Standing], goals: Goals, (times_stated, noise_px): (f64, f64))
         Some(Chosen { method: rung.method.clone(), setting: rung.setting.clone(), words: goal_words(goal) })
     });
     Panel {
+        error: FORCE_ERROR,
         title: format!("At {} px: 95 % of twins err by less than this", significant(noise_px, 3)),
         chosen: chosen.collect(),
         points,

@@ -1,10 +1,11 @@
 //! The study of accuracy: how near every method comes to the truth, and how long it takes.
 //!
-//! Four questions, each with its own truth: forces from marks (a twin's), motion under muscles (a run of very small steps), muscle laws from forces
-//! (fields of known laws), and the customised face (people of known proportions).
+//! Five questions, each with its own truth: forces from marks (a twin's), motion under muscles (a run of very small steps), muscle laws from forces
+//! (fields of known laws), the customised face (people of known proportions), and marks that the program finds (pictures of a twin).
 
 mod forces;
 mod forward;
+mod marks;
 mod others;
 mod reading;
 
@@ -18,7 +19,7 @@ pub use reading::reading;
 const STUDY: &str = "accuracy";
 
 /// The questions, and what stands above each chart.
-const PARTS: [(&str, &str); 9] = [
+const PARTS: [(&str, &str); 10] = [
     ("forces", "Forces from marks: a brow raise that slides on the face"),
     ("forces, rough", "Forces from marks: a rough motion that no smoothness was made for"),
     (
@@ -40,6 +41,7 @@ const PARTS: [(&str, &str); 9] = [
     ("forward", "Motion under one muscle for a thirtieth of a second, against steps of 0.04 ms"),
     ("laws", "The thesis's law fitted to its own field, from starts within a factor 3"),
     ("face", "The customised face: lengths of its edges against those of the person"),
+    ("marks", "Marks found by the program, a point: median distance from the truth over how far the skin moves"),
 ];
 
 /// The cases.
@@ -48,6 +50,7 @@ pub fn plan(options: &Options) -> Plan {
     let mut cases = forces::cases(options, seeds);
     cases.extend(forward::cases(options));
     cases.extend(others::cases(options, seeds));
+    cases.extend(marks::cases(options, seeds));
     Plan { study: STUDY.to_owned(), question: options.words(seeds), cases }
 }
 
@@ -105,6 +108,36 @@ mod tests {
             super::super::points::median(&mut covered).unwrap()
         };
         assert!(covered("Muscles, all") > 85.0 && covered("Muscles alone, all") < 60.0);
+    }
+
+    /// The same marks on triangles cut into four: another discretisation of the same skin gives other forces, on the same vertices and as good.
+    #[test]
+    fn a_finer_mesh_is_asked_with_the_same_marks() {
+        let rows = rows(|key| {
+            key.starts_with("forces, membrane · Regularised, discrepancy · skin=membrane") && key.ends_with("· 1 px")
+        });
+        let [own, finer] = [false, true].map(|finer| {
+            let of = rows.iter().find(|r| r.setting.contains("mesh=finer") == finer && r.seed == 1).unwrap();
+            (of.vertices, of.force_error.unwrap())
+        });
+        // 612 vertices and an edge's middle each: 612 + 1742.
+        assert_eq!((own.0, finer.0), (612, 2354));
+        assert!(own.1 != finer.1 && (own.1 - finer.1).abs() < 0.5 * own.1, "{own:?} {finer:?}");
+    }
+
+    #[test]
+    fn marks_are_nearest_where_lines_are_painted_and_a_point_follows_its_skin() {
+        let rows = rows(|key| key.starts_with("marks ·"));
+        let of = |method: &str, setting: &str| error(&rows, method, setting, 0.0);
+        let tracked = of("tracked, on crossings", "painted");
+        assert!(tracked < 0.006, "{tracked}");
+        for mm in [2, 3, 5, 7, 10] {
+            let [painted, bare] = ["painted", "none"].map(|grid| of(&format!("template {mm} mm"), grid));
+            assert!(tracked < painted && tracked < bare, "{mm} mm: {painted} {bare}");
+        }
+        let [vertices, smallest] = ["tracked, vertices", "template 2 mm"].map(|m| of(m, "none"));
+        assert!(vertices < smallest, "{vertices} {smallest}");
+        assert!(rows.iter().all(|r| r.is_ok() && r.measures["points"] > 100.0));
     }
 
     #[test]

@@ -10,6 +10,7 @@ use rand_pcg::Pcg64;
 use crate::camera::{Camera, Scale};
 use crate::customize::{self, CustomizeError, CustomizeSettings, LandmarkTarget};
 use crate::displacement::{DepthRule, UnmarkedRule, VertexState};
+use crate::expression::Refined;
 use crate::face::{FaceError, FaceModel};
 use crate::forces::{self, Springs};
 use crate::pipeline::Outcome;
@@ -91,6 +92,15 @@ pub(super) fn muscles_elsewhere(face: &FaceModel, seed: u64) -> Result<FaceModel
         muscle.half_width_mm *= random.random_range(0.75..1.25);
     }
     FaceModel::new(face.mesh().clone(), parts)
+}
+
+/// The face with every triangle cut into four, and its own muscles alone.
+pub(super) fn finer(face: &FaceModel) -> Result<Refined, String> {
+    let mut refined = Refined::new(face, 1).map_err(|e| e.to_string())?;
+    let mut parts = refined.face.to_parts();
+    parts.muscles = face.muscles().to_vec();
+    refined.face = FaceModel::new(refined.face.mesh().clone(), parts).map_err(|e| e.to_string())?;
+    Ok(refined)
 }
 
 /// What of a twin is marked in the last frame, and how its project is called.

@@ -17,7 +17,7 @@ use super::super::yardstick::{after_a_drag_ms, covered, gentle, relative_error, 
 use super::{case, run};
 use crate::displacement::regularised::WeightRule;
 use crate::displacement::{DepthRule, UnmarkedRule};
-use crate::expression::{Basic, Expression};
+use crate::expression::{Basic, Expression, Refined};
 use crate::face::FaceModel;
 use crate::forces::{SkinModel, SpringRule};
 use crate::muscle::LawKind;
@@ -137,25 +137,31 @@ fn ways(quick: bool) -> Vec<(String, FieldWay)> {
 type Change = (&'static str, fn(&mut Settings));
 
 /// The scene's own rules, and each other rule alone.
-const CHANGES: [Change; 7] = [
+const CHANGES: [Change; 8] = [
     ("rules=as the scene", |_| {}),
     ("depth=fixed", |s| s.depth = DepthRule::FixedDepth),
     ("depth=height", |s| s.depth = DepthRule::KeepHeight),
     ("depth=half", |s| s.depth = DepthRule::HalfWay),
     ("springs=one for all", |s| s.springs = SpringRule::Uniform),
     ("unmarked=held", |s| s.unmarked = UnmarkedRule::Held),
-    ("skin=membrane", |s| s.skin_model = SkinModel::Membrane),
+    (MEMBRANE, |s| s.skin_model = SkinModel::Membrane),
+    (FINER, |s| s.skin_model = SkinModel::Membrane),
 ];
+/// The setting of a membrane on the face's own mesh, and of one on the mesh with every triangle cut into four.
+const MEMBRANE: &str = "skin=membrane";
+const FINER: &str = "skin=membrane; mesh=finer";
 
 impl Truth {
-    /// What is tried on a truth: every rule on the first, of which muscles ask none, and on the last what its skin is.
+    /// What is tried on a truth: every rule on the first, of which muscles ask none, and on the others what its skin is; the mesh level on foreheads
+    /// that a membrane moves, but for muscles.
     fn tries(self, setting: &str, way: FieldWay) -> bool {
         match self {
             Self::Raise if matches!(way, FieldWay::Muscles(_)) => setting == CHANGES[0].0,
-            Self::Raise => setting != "skin=membrane",
+            Self::Raise => ![MEMBRANE, FINER].contains(&setting),
             Self::Rough => setting == CHANGES[0].0,
-            Self::Membrane => setting == CHANGES[0].0 || setting == "skin=membrane",
-            Self::Elsewhere | Self::Whole | Self::WholeElsewhere => setting == "skin=membrane",
+            Self::Membrane if matches!(way, FieldWay::Muscles(_)) => setting == CHANGES[0].0 || setting == MEMBRANE,
+            Self::Membrane => [CHANGES[0].0, MEMBRANE, FINER].contains(&setting),
+            Self::Elsewhere | Self::Whole | Self::WholeElsewhere => setting == MEMBRANE,
         }
     }
 }
@@ -175,11 +181,15 @@ pub(super) fn cases(options: &Options, seeds: u64) -> Vec<Case> {
                     let (face, of, membranes) = (Arc::clone(&options.face), name.clone(), Arc::clone(&membranes));
                     let key = format!("{setting} · {noise} px");
                     let work = move || {
+                        let finer = (setting == FINER).then(|| scene::finer(&face)).transpose();
                         let one = |seed| {
+                            let mesh =
+                                finer.as_ref().ok().and_then(Option::as_ref).map_or(face.mesh(), |f| f.face.mesh());
                             let row = run(truth.part(), &of, setting);
-                            let row = Run { noise_px: noise, vertices: face.mesh().len(), seed, ..row };
-                            match scene(&face, truth, &membranes, noise, seed) {
-                                Ok(scene) => measured(scene, way, change, row),
+                            let row = Run { noise_px: noise, vertices: mesh.len(), seed, ..row };
+                            let scene = scene(&face, truth, &membranes, noise, seed);
+                            match scene.and_then(|s| Ok((s, finer.as_ref().map_err(Clone::clone)?))) {
+                                Ok((scene, finer)) => measured(scene, finer.as_ref(), way, change, row),
                                 Err(why) => row.failing(Some(why)),
                             }
                         };
@@ -266,33 +276,36 @@ fn roughen(twin: &mut Twin, person: &FaceModel, seed: u64) {
     }
 }
 
-fn measured(scene: Scene, way: FieldWay, change: fn(&mut Settings), row: Run) -> Run {
+/// A row with the error and the time of a way on the face's own mesh or on a finer one. A mark is a mark of the same vertex there; forces are compared
+/// on the face's own vertices, gathered; their stated errors are not, for those of neighbours are not independent.
+fn measured(scene: Scene, finer: Option<&Refined>, way: FieldWay, change: fn(&mut Settings), row: Run) -> Run {
     let mut project = scene.project;
     change(&mut project.settings);
     project.settings.field = way;
     let size = [SIZE, SIZE];
     let mut workspace = Workspace::default();
-    let outcome = pipeline::solve(&project, &scene.face, size, &mut workspace);
+    let face = finer.map_or(&scene.face, |f| &f.face);
+    let outcome = pipeline::solve(&project, face, size, &mut workspace);
     if matches!(way, FieldWay::Muscles(_)) && outcome.muscles.is_none() {
         return row.failing(Some("the muscles cannot be fitted".to_owned()));
     }
-    let force = &outcome.field.force;
+    let force = finer.map_or_else(|| outcome.field.force.clone(), |f| f.gathered(&outcome.field.force));
     // Still points, the rim and the corners of the eyes are held by bones: the force on them is no muscle's.
-    let held = pipeline::held_by(&project, &scene.face, &outcome.first);
+    let held = pipeline::held_by(&project, face, &outcome.first);
     let skin = |v: usize| project.features.get(&(v as u32)).is_some_and(|f| f.role == Role::Skin);
     let inner: Vec<usize> =
         (0..force.len()).filter(|&v| scene.counts[v] && outcome.is_believed(v) && skin(v) && !held[v]).collect();
     let size_of_truth = squares(&scene.truth, &inner);
-    let error = relative_error(force, &scene.truth, &inner);
+    let error = relative_error(&force, &scene.truth, &inner);
     let stated: f64 = inner.iter().map(|&v| outcome.field.sigma[v].powi(2)).sum();
     let drags = if matches!(way, FieldWay::Muscles(_)) { SLOW_DRAGS } else { DRAGS };
     let time = after_a_drag_ms(&project, drags, |dragged| {
-        std::hint::black_box(pipeline::solve(dragged, &scene.face, size, &mut workspace));
+        std::hint::black_box(pipeline::solve(dragged, face, size, &mut workspace));
     });
     let row = row.erring(error).timed(time);
-    if stated == 0.0 {
+    if stated == 0.0 || finer.is_some() {
         return row;
     }
-    let covered = covered(force, &scene.truth, &outcome.field.sigma, &inner);
+    let covered = covered(&force, &scene.truth, &outcome.field.sigma, &inner);
     row.with("error_over_stated", error * (size_of_truth / stated).sqrt()).with("covered_percent", 100.0 * covered)
 }

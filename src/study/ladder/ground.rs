@@ -12,6 +12,7 @@ use crate::forces::Sheet;
 use crate::pipeline::{self, Workspace};
 use crate::project::{Feature, Mark, Project, Role, Settings};
 use crate::study::points::median;
+use crate::study::scene;
 use crate::study::{MembraneFace, MembraneSettings};
 
 /// A muscle acts where this share of its pull, or more, lies on marked skin.
@@ -68,7 +69,7 @@ impl Ground {
         let (muscles, expressions) = acting(&person, &project.settings, &marked)?;
         let still = project.features.values().filter(|f| f.role == Role::Still && f.last.is_some()).count();
         let head_moves = project.settings.remove_head_motion && still >= FEWEST_STILL_POINTS;
-        let finer = finer(&face)?;
+        let finer = scene::finer(&face)?;
         let (camera, size_px) = (outcome.camera, subject.size_px);
         let sigma_px = median(&mut sigmas).unwrap_or(project.settings.marking_sigma_px);
         Ok(Self {
@@ -146,15 +147,6 @@ fn acting(person: &FaceModel, settings: &Settings, marked: &[u32]) -> Result<(Ve
     let strongest = pulls.iter().fold(0.0_f64, |a, b| a.max(*b));
     let some = Basic::ALL.into_iter().zip(pulls).filter(|(_, pull)| *pull >= EXPRESSION_ACTS * strongest);
     Ok((muscles, some.map(|(basic, _)| basic).collect()))
-}
-
-/// The face with every triangle cut into four, and its own muscles alone.
-fn finer(face: &FaceModel) -> Result<Refined, String> {
-    let mut refined = Refined::new(face, 1).map_err(|e| e.to_string())?;
-    let mut parts = refined.face.to_parts();
-    parts.muscles = face.muscles().to_vec();
-    refined.face = FaceModel::new(refined.face.mesh().clone(), parts).map_err(|e| e.to_string())?;
-    Ok(refined)
 }
 
 /// How far every vertex of two lists lies apart, mm.

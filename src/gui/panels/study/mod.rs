@@ -14,7 +14,7 @@ use egui::{CentralPanel, Frame, Panel, Ui};
 
 use self::plot::{Plot, Seen, Tick};
 use self::shown::{Asked, Look, Shown};
-use crate::export::study_chart::LIVE_MS;
+use crate::export::study_chart::{LIVE_MS, error_words};
 use crate::gui::action::Action;
 use crate::gui::action_state::ActionState;
 use crate::gui::height_map::MapOptions;
@@ -169,7 +169,9 @@ fn chart(ui: &mut Ui, shown: &Shown, view: &mut StudyView, commands: &mut Vec<Co
         maps::show(ui, &shown.maps, &shown.causes, view.map_zoom, picked)
     } else {
         let (axes, ticks): ([&str; 2], [Tick; 2]) = match shown.look {
-            Look::Accuracy if shown.rungs.is_empty() => (["median time", "relative force error"], [time, percent]),
+            Look::Accuracy if shown.rungs.is_empty() => {
+                (["median time", error_words(&shown.asked.part)], [time, percent])
+            }
             Look::Accuracy => (["median time after a drag", "95 % of twins err by less"], [time, percent]),
             Look::Growth => (["vertices", "ns a vertex"], [plain, plain]),
             _ => (["setting", "median time"], [plain, time]),
