@@ -10,8 +10,8 @@ use super::{case, cause_of, run};
 use crate::customize::nnwa::{self, Anchor};
 use crate::displacement::fill_in;
 use crate::face::Mesh;
-use crate::forces::{ForceSlopes, Influence, MarkInfluence, SpringRule, Springs, muscle_forces, standard_errors};
-use crate::simulate::{Ended, EquilibriumSolver, Method, Stepper, System, SystemOptions};
+use crate::forces::{Influence, MarkInfluence, Skin, SkinModel, SkinSpec, SpringRule, standard_errors};
+use crate::simulate::{Ended, Equilibrium, EquilibriumSolver, Method, SkinAtRest, Stepper, System, SystemOptions};
 use crate::skin::StressStrainCurve;
 
 /// The part of this map.
@@ -28,21 +28,25 @@ const THICKNESS_MM: f64 = 1.5;
 /// A stage that is asked.
 #[derive(Clone, Copy)]
 enum Stage {
-    Forces,
-    Errors,
+    Forces(SkinModel),
+    Errors(SkinModel),
     Morph,
     FillIn,
     Rest,
+    Settled,
     Stepped(Method, f64),
 }
 
 impl Stage {
-    const ALL: [Self; 8] = [
-        Self::Forces,
-        Self::Errors,
+    const ALL: [Self; 11] = [
+        Self::Forces(SkinModel::Springs),
+        Self::Forces(SkinModel::Membrane),
+        Self::Errors(SkinModel::Springs),
+        Self::Errors(SkinModel::Membrane),
         Self::Morph,
         Self::FillIn,
         Self::Rest,
+        Self::Settled,
         Self::Stepped(Method::ImplicitEuler, FRAME_S),
         Self::Stepped(Method::VertexBlockDescent, FRAME_S),
         Self::Stepped(Method::SymplecticEuler, SHORT_S),
@@ -50,11 +54,14 @@ impl Stage {
 
     fn label(self) -> &'static str {
         match self {
-            Self::Forces => "F = −KX",
-            Self::Errors => "Standard errors",
+            Self::Forces(SkinModel::Springs) => "F = −KX",
+            Self::Forces(SkinModel::Membrane) => "F = −KX, membrane",
+            Self::Errors(SkinModel::Springs) => "Standard errors",
+            Self::Errors(SkinModel::Membrane) => "Standard errors, membrane",
             Self::Morph => "NNWA",
             Self::FillIn => "Harmonic inference",
             Self::Rest => "Static equilibrium",
+            Self::Settled => "Static equilibrium, membrane",
             Self::Stepped(method, _) => method.label(),
         }
     }
@@ -97,21 +104,21 @@ fn answer(stage: Stage, height: f64) -> Run {
     let row = Run { vertices: mesh.len(), ..row };
     // A motion of which every part is known: 5 % longer along x, 3 % shorter along y.
     let moved: Vec<Point3<f64>> = mesh.positions().iter().map(|p| Point3::new(1.05 * p.x, 0.97 * p.y, p.z)).collect();
-    let springs = Springs::new(&mesh, mesh.positions(), SpringRule::Strip, THICKNESS_MM);
-    let curve = StressStrainCurve::default();
+    let active = vec![true; mesh.len()];
+    let skin = |model| Skin::new(&mesh, mesh.positions(), &spec(model));
     let numbers = |all: &mut dyn Iterator<Item = f64>| {
         let worst = all.fold(0.0, |w: f64, v| if v.is_finite() { w.max(v.abs()) } else { f64::INFINITY });
         (!worst.is_finite()).then(|| "no numbers".to_owned())
     };
     match stage {
-        Stage::Forces => {
+        Stage::Forces(model) => {
             let mut forces = Vec::new();
-            muscle_forces(&springs, &curve, &moved, None, &mut forces);
+            skin(model).muscle_forces(&moved, &active, &mut forces);
             let cause = numbers(&mut forces.iter().flat_map(|f| f.iter().copied()));
             let largest = forces.iter().map(Vector3::norm).fold(0.0, f64::max);
             row.failing(cause).with("largest_N", largest)
         }
-        Stage::Errors => {
+        Stage::Errors(model) => {
             let influence = MarkInfluence {
                 weights: Influence::from_rows((0..mesh.len() as u32).map(|i| [(i, 1.0)])),
                 slope_mm_per_px: vec![Matrix3x2::identity() * 0.25; mesh.len()],
@@ -119,8 +126,7 @@ fn answer(stage: Stage, height: f64) -> Run {
                 common: None,
             };
             let mut sigma = Vec::new();
-            let slopes = ForceSlopes::of_springs(&springs, &curve, &moved, None);
-            standard_errors(&slopes, &influence, &mut sigma);
+            standard_errors(&skin(model).slopes(&moved, &active), &influence, &mut sigma);
             let largest = sigma.iter().copied().fold(0.0, f64::max);
             row.failing(numbers(&mut sigma.iter().copied())).with("largest_N", largest)
         }
@@ -144,8 +150,33 @@ fn answer(stage: Stage, height: f64) -> Run {
             let off = off.fold(0.0, f64::max);
             row.failing(cause).failing((off > 1e-6).then(|| "weights do not sum to one".to_owned()))
         }
+        Stage::Settled => settled(&mesh, row),
         Stage::Rest | Stage::Stepped(..) => moving(stage, &mesh, row),
     }
+}
+
+fn spec(model: SkinModel) -> SkinSpec {
+    SkinSpec { model, rule: SpringRule::Strip, thickness_mm: THICKNESS_MM, curve: StressStrainCurve::default() }
+}
+
+/// A pull on a place of the sheet, N.
+fn pull(p: &Point3<f64>) -> Vector3<f64> {
+    Vector3::x() * (2e-3 * (-p.coords.norm_squared() / 400.0).exp())
+}
+
+fn settled(mesh: &Mesh, row: Run) -> Run {
+    let (rest, held) = (mesh.positions(), mesh.on_border());
+    let found = SkinAtRest::new(mesh, rest, &held, None, &spec(SkinModel::Membrane))
+        .and_then(|mut skin| Ok(skin.solve(rest.iter().map(pull).collect(), rest)?));
+    match found {
+        Err(e) => row.failing(Some(e.to_string())),
+        Ok(found) => ended(&found, row),
+    }
+}
+
+fn ended(found: &Equilibrium, row: Run) -> Run {
+    let well = found.ended == Ended::Converged || found.residual_n < 1e-9;
+    row.failing((!well).then(|| found.ended.label().to_owned())).with("newton_steps", found.iterations as f64)
 }
 
 fn moving(stage: Stage, mesh: &Mesh, row: Run) -> Run {
@@ -154,7 +185,6 @@ fn moving(stage: Stage, mesh: &Mesh, row: Run) -> Run {
         Ok(system) => system,
         Err(e) => return row.failing(Some(e.to_string())),
     };
-    let pull = |p: &Point3<f64>| Vector3::x() * (2e-3 * (-p.coords.norm_squared() / 400.0).exp());
     if let Err(e) = system.set_loads(mesh.positions().iter().map(pull).collect()) {
         return row.failing(Some(e.to_string()));
     }
@@ -168,7 +198,5 @@ fn moving(stage: Stage, mesh: &Mesh, row: Run) -> Run {
     let Ok(mut solver) = EquilibriumSolver::new(&system) else {
         return row.failing(Some("out of memory".to_owned()));
     };
-    let found = solver.solve(&system, mesh.positions());
-    let well = found.ended == Ended::Converged || found.residual_n < 1e-9;
-    row.failing((!well).then(|| found.ended.label().to_owned())).with("newton_steps", found.iterations as f64)
+    ended(&solver.solve(&system, mesh.positions()), row)
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64;
@@ -15,7 +15,7 @@ use super::super::{scene, sheet};
 use super::{case, cause_of_error, run};
 use crate::displacement::{DepthRule, UnmarkedRule};
 use crate::face::FaceModel;
-use crate::forces::{SpringRule, Springs, muscle_forces};
+use crate::forces::{ForceSlopes, Skin, SkinModel, SkinSpec, SpringRule};
 use crate::pipeline::{self, Workspace};
 use crate::project::{Project, Role};
 use crate::skin::StressStrainCurve;
@@ -39,11 +39,13 @@ pub(super) fn cases(options: &Options, seeds: u64) -> Vec<Case> {
     let mut cases = Vec::new();
     let edges: &[f64] = if quick { &[5.0, 7.0, 10.0] } else { &[5.0, 7.0, 8.6, 10.0, 14.0, 20.0] };
     let noises: &[f64] = if quick { &[0.0, 0.25, 0.5] } else { &[0.0, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0] };
-    for &edge in edges {
-        for &noise in noises {
-            let setting = [("noise_px", noise), ("edge_mm", edge)];
-            let work = move || (1..=seeds).map(|seed| noisy(edge, noise, seed)).collect();
-            cases.push(case(5, "Direct F = −KX", &setting, work));
+    for (method, model) in SKINS {
+        for &edge in edges {
+            for &noise in noises {
+                let setting = [("noise_px", noise), ("edge_mm", edge)];
+                let work = move || (1..=seeds).map(|seed| noisy((method, model), edge, noise, seed)).collect();
+                cases.push(case(5, method, &setting, work));
+            }
         }
     }
     let distances: &[f64] =
@@ -66,6 +68,9 @@ pub(super) fn cases(options: &Options, seeds: u64) -> Vec<Case> {
     cases
 }
 
+const SKINS: [(&str, SkinModel); 2] =
+    [("Direct F = −KX", SkinModel::Springs), ("Direct, membrane", SkinModel::Membrane)];
+
 const DEPTHS: [(&str, DepthRule, bool); 3] = [
     ("Frozen depth", DepthRule::FixedDepth, false),
     ("Slide on surface", DepthRule::SlideOnSurface, false),
@@ -79,34 +84,45 @@ const UNMARKED: [(&str, UnmarkedRule); 3] = [
 ];
 
 /// F = −KX of a smooth motion on a lattice, with and without errors of the marks. Depth is known, so that noise alone is seen.
-fn noisy(edge_mm: f64, noise_px: f64, seed: u64) -> Run {
-    let method = "Direct F = −KX";
+fn noisy((method, model): (&str, SkinModel), edge_mm: f64, noise_px: f64, seed: u64) -> Run {
     let row = Run { noise_px, seed, ..run(5, method, &[("noise_px", noise_px), ("edge_mm", edge_mm)]) };
     let Ok(mesh) = sheet::lattice(SIDE_MM, edge_mm) else { return row.failing(Some("no such mesh".to_owned())) };
-    let springs = Springs::new(&mesh, mesh.positions(), SpringRule::Strip, THICKNESS_MM);
     let curve = StressStrainCurve::default();
+    let spec = SkinSpec { model, rule: SpringRule::Strip, thickness_mm: THICKNESS_MM, curve };
+    let skin = Skin::new(&mesh, mesh.positions(), &spec);
+    let active = vec![true; mesh.len()];
     let [height, radius] = BUMP_MM;
     let bump = |p: &Point3<f64>| p + Vector3::y() * (height * (-p.coords.norm_squared() / (radius * radius)).exp());
     let mut x: Vec<Point3<f64>> = mesh.positions().iter().map(bump).collect();
     let (mut truth, mut found) = (Vec::new(), Vec::new());
-    muscle_forces(&springs, &curve, &x, None, &mut truth);
+    skin.muscle_forces(&x, &active, &mut truth);
     let mut random = Pcg64::seed_from_u64(seed ^ 0x6e6f_6973);
     for p in &mut x {
         let [a, b] = normal_pair(&mut random);
         *p += Vector3::new(a, b, 0.0) * (noise_px / PX_PER_MM);
     }
-    muscle_forces(&springs, &curve, &x, None, &mut found);
+    skin.muscle_forces(&x, &active, &mut found);
     let border = mesh.on_border();
     let inner = || (0..mesh.len()).filter(|&i| !border[i]);
     let squares = |f: &dyn Fn(usize) -> f64| inner().map(f).sum::<f64>();
     let all = squares(&|i| truth[i].norm_squared());
     let error = (squares(&|i| (found[i] - truth[i]).norm_squared()) / all).sqrt();
-    // Each force of the lattice errs by √24 k σ (FACTS 5), with k of the skin at rest: the noise at which that is a tenth of the root mean
-    // square force.
-    let k = curve.slope_kpa(0.0) * 1e-3 * THICKNESS_MM * 3.0_f64.sqrt() / 2.0;
-    let rms = (all / inner().count().max(1) as f64).sqrt();
-    let limit_px = GOOD * rms / (24.0_f64.sqrt() * k) * PX_PER_MM;
+    // The noise at which the error that the linear law of the skin at rest foretells is a tenth of the force.
+    let slopes = skin.slopes(mesh.positions(), &active);
+    let per_mm = squares(&|i| error_per_mm(&slopes, i).powi(2)).sqrt();
+    let limit_px = GOOD * all.sqrt() / per_mm * PX_PER_MM;
     Run { vertices: mesh.len(), ..row }.erring(error).failing(cause_of_error(error)).with("limit_px", limit_px)
+}
+
+/// Standard error of the force on a vertex for an error of 1 mm along x and along y of every vertex, N: of δF_i = Σ_j B_ij (δx_i − δx_j) at rest.
+///
+/// In a regular lattice of springs it is √24 k (6 springs of stiffness k, each with the error of its own and the common end).
+fn error_per_mm(slopes: &ForceSlopes, vertex: usize) -> f64 {
+    let along = |block: &Matrix3<f64>| block.fixed_columns::<2>(0).norm_squared();
+    let (own, others) = slopes
+        .at(vertex)
+        .fold((Matrix3::zeros(), 0.0), |(own, others), (_, block)| (own + block, others + along(&block)));
+    (along(&own) + others).sqrt()
 }
 
 /// A person that raises the brows, and the project with marks at the truth.
@@ -160,5 +176,23 @@ fn marked(face: &FaceModel, method: &str, rule: UnmarkedRule, percent: f64, seed
             }
             judged(face, &twin, &person, &project, row)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each force of a lattice of springs errs by √24 k σ, k = E h √3/2 of the skin at rest.
+    #[test]
+    fn the_error_of_a_lattice_of_springs_is_that_of_six_springs() {
+        let mesh = sheet::lattice(SIDE_MM, 10.0).unwrap();
+        let curve = StressStrainCurve::default();
+        let k = curve.slope_kpa(0.0) * 1e-3 * THICKNESS_MM * 3.0_f64.sqrt() / 2.0;
+        let spec = SkinSpec { model: SkinModel::Springs, rule: SpringRule::Strip, thickness_mm: THICKNESS_MM, curve };
+        let skin = Skin::new(&mesh, mesh.positions(), &spec);
+        let slopes = skin.slopes(mesh.positions(), &vec![true; mesh.len()]);
+        let middle = (0..mesh.len()).min_by_key(|&i| mesh.positions()[i].coords.norm() as u64).unwrap();
+        assert!((error_per_mm(&slopes, middle) / (24.0_f64.sqrt() * k) - 1.0).abs() < 1e-6);
     }
 }
