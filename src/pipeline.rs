@@ -13,7 +13,7 @@ mod stages;
 #[cfg(test)]
 mod tests;
 
-pub use muscles::{Besides, JawOpen, MuscleForces, Pulling, held_by};
+pub use muscles::{Besides, JawOpen, MuscleForces, Pulling, ShapeParameter, held_by};
 pub use outcome::{ForceField, LandmarkFit, Outcome, Smoothing, Warning};
 pub use peak::Peak;
 pub use samples::Samples;

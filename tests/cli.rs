@@ -1120,6 +1120,17 @@ fn a_field_of_muscles_names_them_and_what_they_leave() {
     assert!(number("sum_n") > 0.0 && number("spread_over_traction") > 0.0);
     assert!((0.0..1.0).contains(&number("share_of_all")));
     assert!(alone.get("besides").is_none() && with != without);
+    assert!(alone.get("shape").is_none());
+    let shaped = serde_json::json!({ "way": "muscles", "law": "anatomical", "alone": true, "shape": true });
+    let (shaped, other) = solved(shaped, "shaped");
+    let names: Vec<&str> =
+        shaped["shape"].as_array().unwrap().iter().map(|p| p["parameter"].as_str().unwrap()).collect();
+    assert_eq!(names, ["sr", "wr", "sa", "wa"]);
+    for p in shaped["shape"].as_array().unwrap() {
+        let [low, value, high, usual] = ["low", "value", "high", "usual"].map(|k| p[k].as_f64().unwrap());
+        assert!(low < value && value < high && usual > 0.0, "{p}");
+    }
+    assert!(other != without);
     // A project remembers it in its file, and one from before the choice has it the new way.
     let unknown = changed(&out, |p| p["settings"]["field"] = serde_json::json!({ "way": "muscles", "lone": true }));
     assert!(refused(&["solve", text(&unknown), "--out", text(&out.join("no"))]).contains("lone"));

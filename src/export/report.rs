@@ -134,7 +134,19 @@ struct MusclesReport<'a> {
     besides: Option<BesidesReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     jaw: Option<JawReport>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    shape: Vec<ShapeReport>,
     pulling: Vec<Pulling<'a>>,
+}
+
+/// A parameter of the law's shape.
+#[derive(Serialize)]
+struct ShapeReport {
+    parameter: &'static str,
+    value: f64,
+    low: f64,
+    high: f64,
+    usual: f64,
 }
 
 /// How far the jaw is open.
@@ -184,6 +196,13 @@ fn muscles(found: &MuscleForces) -> MusclesReport<'_> {
         strength_n: p.strength_n,
         moves_rms_px: p.moves_px,
     });
+    let shape = found.shape.iter().map(|p| ShapeReport {
+        parameter: p.name,
+        value: p.value,
+        low: p.between[0],
+        high: p.between[1],
+        usual: p.usual,
+    });
     MusclesReport {
         law: found.law.name(),
         share_of_motion_explained: found.explained,
@@ -195,6 +214,7 @@ fn muscles(found: &MuscleForces) -> MusclesReport<'_> {
             share_of_all: b.of_all,
         }),
         jaw: found.jaw.map(|j| JawReport { deg: j.deg, low: j.between[0], high: j.between[1] }),
+        shape: shape.collect(),
         pulling: pulling.collect(),
     }
 }

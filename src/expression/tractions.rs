@@ -26,26 +26,53 @@ impl Actuators {
     }
 }
 
-/// The actuators of a face at rest at `rest` (mm), their tractions laid out on a mesh whose every triangle is cut into four, and gathered to the
-/// face's own vertices by its hat functions ([`Refined::gathered`]): a band as narrow as an edge of the mesh loses little of what it does.
+/// A face at rest whose every triangle is cut into four: tractions are laid out on it, and gathered to the face's own vertices by its hat functions
+/// ([`Refined::gathered`]). A band as narrow as an edge of the mesh loses little of what it does.
+#[derive(Clone, Debug)]
+pub struct TractionMesh {
+    refined: Refined,
+    areas: Vec<f64>,
+}
+
+impl TractionMesh {
+    /// Of a face at rest at `rest` (mm).
+    ///
+    /// # Errors
+    /// Where the finer mesh is no face.
+    pub fn new(face: &FaceModel, rest: &[Point3<f64>]) -> Result<Self, RefineError> {
+        let refined = Refined::new(&face.with_positions(rest.to_vec())?, 1)?;
+        let mesh = refined.face.mesh();
+        let areas = mesh.vertex_areas(mesh.positions());
+        Ok(Self { refined, areas })
+    }
+
+    /// The face's actuators with what their tractions put on its own vertices.
+    ///
+    /// # Errors
+    /// As [`Actuators::of`].
+    pub fn actuators(&self, law: &MuscleLaw) -> Result<Vec<Actuator>, RefineError> {
+        let mesh = self.refined.face.mesh();
+        let mut fine = Actuators::of(&self.refined.face, mesh.positions(), law, ActuatorSettings::default())?;
+        fine.become_tractions(&self.areas);
+        let mut all = fine.all;
+        for actuator in &mut all {
+            let mut newton = vec![Vector3::zeros(); mesh.len()];
+            for (v, f) in &actuator.loads {
+                newton[*v as usize] = *f;
+            }
+            let gathered = self.refined.gathered(&newton).into_iter().enumerate();
+            actuator.loads = gathered.filter(|(_, f)| *f != Vector3::zeros()).map(|(v, f)| (v as u32, f)).collect();
+        }
+        Ok(all)
+    }
+}
+
+/// The actuators of a face at rest at `rest` (mm), as tractions ([`TractionMesh`]).
 ///
 /// # Errors
 /// As [`Actuators::of`], and where the finer mesh is no face.
 pub fn tractions(face: &FaceModel, rest: &[Point3<f64>], law: &MuscleLaw) -> Result<Vec<Actuator>, RefineError> {
-    let refined = Refined::new(&face.with_positions(rest.to_vec())?, 1)?;
-    let mesh = refined.face.mesh();
-    let mut fine = Actuators::of(&refined.face, mesh.positions(), law, ActuatorSettings::default())?;
-    fine.become_tractions(&mesh.vertex_areas(mesh.positions()));
-    let mut all = fine.all;
-    for actuator in &mut all {
-        let mut newton = vec![Vector3::zeros(); mesh.len()];
-        for (v, f) in &actuator.loads {
-            newton[*v as usize] = *f;
-        }
-        let gathered = refined.gathered(&newton).into_iter().enumerate();
-        actuator.loads = gathered.filter(|(_, f)| *f != Vector3::zeros()).map(|(v, f)| (v as u32, f)).collect();
-    }
-    Ok(all)
+    TractionMesh::new(face, rest)?.actuators(law)
 }
 
 #[cfg(test)]

@@ -311,6 +311,7 @@ mod tests {
                 explained: 0.0,
                 left_px: 0.0,
                 misfit: 1.0,
+                shape: Vec::new(),
                 besides: None,
                 measured: none.clone(),
                 measured_sigma: vec![0.0; none.len()],

@@ -2,6 +2,7 @@
 
 mod discrepancy;
 mod motion;
+mod shape;
 
 use std::collections::BTreeMap;
 
@@ -9,15 +10,16 @@ use nalgebra::{DVector, Point2, Point3, Vector3};
 
 use self::discrepancy::{Alone, Completed, complete};
 use self::motion::{Body, Found, Seen, find, together};
+use self::shape::{ShapeErrors, Shaped, Shaping};
 use super::{CustomizeInput, Kept, Outcome, Warning, kept, stages};
 use crate::expression::jaw::{WIDEST_DEG, jaw_of};
-use crate::expression::{Actuator, held, tractions};
+use crate::expression::{Actuator, TractionMesh, held, tractions};
 use crate::face::{FaceModel, Mesh};
 use crate::fit::design::Design;
 use crate::fit::selection::{SelectionSettings, smallest_set};
 use crate::fit::{Compare, Noise, Sample, student};
 use crate::forces::{self, SkinSpec};
-use crate::muscle::{LawKind, MuscleLaw};
+use crate::muscle::{LawKind, MuscleLaw, Parameter};
 use crate::project::{MuscleWay, Project, Role};
 use crate::simulate::SkinAtRest;
 
@@ -41,6 +43,8 @@ pub struct MuscleForces {
     pub misfit: f64,
     /// What pulls besides them; absent where it was not asked for.
     pub besides: Option<Besides>,
+    /// The parameters of the law's shape that the points were asked for; empty where it is the usual one.
+    pub shape: Vec<ShapeParameter>,
     /// The measured force on every vertex, N, which fits and profiles of muscles go on being made from.
     pub measured: Vec<Vector3<f64>>,
     /// Its standard error, N.
@@ -62,6 +66,21 @@ pub struct Pulling {
     pub strength_n: f64,
     /// How far it alone moves the points, root mean square, px.
     pub moves_px: f64,
+}
+
+/// A parameter of the law's shape as the points tell it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShapeParameter {
+    /// Its short name: `sr`.
+    pub name: &'static str,
+    /// What it is, for people.
+    pub label: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// 95 % interval of the value.
+    pub between: [f64; 2],
+    /// Its value in the law's usual shape.
+    pub usual: f64,
 }
 
 /// How far the jaw is open.
@@ -179,6 +198,8 @@ pub(super) fn explain(
     });
     let rest = rest.as_mut().map_err(|why| why.clone())?;
     let loads = kept(&mut ready.loads, outcome.first.clone(), |_| BTreeMap::new());
+    let shaped_on = way.shape.then(|| TractionMesh::new(face, &outcome.first)).transpose();
+    let shaped_on = shaped_on.map_err(|why| why.to_string())?;
     let mut nearest: Option<(LawKind, Tried)> = None;
     let mut why = NO_REST.to_owned();
     let laws = way.law.as_ref().map_or(&LawKind::ALL[..], std::slice::from_ref);
@@ -193,9 +214,11 @@ pub(super) fn explain(
         }
         match actuators.as_ref().map_err(Clone::clone).and_then(|all| {
             let near = nearest.as_ref().map(|(_, tried)| tried);
-            Tried::new(rest, all, &seen, near, &outcome.first)
+            let tried = Tried::new(rest, all, &seen, near, &outcome.first)?;
+            let Some(mesh) = &shaped_on else { return Ok(tried) };
+            tried.shaped(rest, Shaping::new(mesh, MuscleLaw::default_of(law)), &seen, &outcome.first, stop)
         }) {
-            Ok(tried) if nearest.as_ref().is_none_or(|(_, best)| tried.found.cost < best.found.cost) => {
+            Ok(tried) if nearest.as_ref().is_none_or(|(_, best)| tried.cost() < best.cost()) => {
                 nearest = Some((law, tried));
             }
             Ok(_) => {}
@@ -219,6 +242,10 @@ pub(super) fn explain(
         let whole = complete(body, face.mesh(), &outcome.first, &seen, &alone, stop);
         whole.map_err(|why| outcome.warnings.push(Warning::NothingBesides { why })).ok()
     };
+    let body = &mut Body { rest, jaw: tried.jaw() };
+    if let Some(shape) = &mut tried.shape {
+        shape.errors = Some(shape.of.errors(body, &seen, &shape.logs, (&tried.loads, &tried.found))?);
+    }
     let (force, sigma, muscles) = said(outcome, face, rest, &seen, law, &tried, whole).ok_or(NO_REST)?;
     // What a bone holds carries its reaction, of which the muscles tell nothing.
     for ((border, free), state) in outcome.border.iter_mut().zip(rest.free()).zip(&outcome.states) {
@@ -243,6 +270,38 @@ struct Tried<'a> {
     /// What each puts on every vertex at full strength, N; then, where the points feel it, the jaw, which puts nothing there ([`Body::jaw`]).
     loads: Vec<Vec<Vector3<f64>>>,
     found: Found,
+    /// Of the law, where it was asked for.
+    shape: Option<Shape<'a>>,
+}
+
+/// The shape of a law that the points tell.
+struct Shape<'a> {
+    of: Shaping<'a>,
+    logs: DVector<f64>,
+    /// What was minimised.
+    cost: f64,
+    /// Once they are asked for.
+    errors: Option<ShapeErrors>,
+}
+
+impl Shape<'_> {
+    /// The parameters, with intervals that are `widened` so many times.
+    fn parameters(&self, widened: f64) -> Vec<ShapeParameter> {
+        let rows = self.errors.as_ref().map_or(0, |e| e.errors.activations.nrows());
+        let t = student::two_sided_95(None) * widened;
+        let parameter = |(k, (p, &log)): (usize, (Parameter, &f64))| {
+            let row = (rows + k).checked_sub(self.logs.len())?;
+            let error = t * self.errors.as_ref()?.errors.of_activation(row);
+            Some(ShapeParameter {
+                name: p.name,
+                label: p.label,
+                value: Shaping::value(&p, log),
+                between: [log - error, log + error].map(|log| Shaping::value(&p, log)),
+                usual: p.value,
+            })
+        };
+        self.of.unknowns().zip(&self.logs).enumerate().filter_map(parameter).collect()
+    }
 }
 
 impl<'a> Tried<'a> {
@@ -276,7 +335,28 @@ impl<'a> Tried<'a> {
         });
         let body = &mut Body { rest, jaw: jaw_column(felt.len(), loads.len()) };
         let found = find(body, &loads, seen, None, start, first).ok_or(NO_REST)?;
-        Ok(Self { felt, loads, found })
+        Ok(Self { felt, loads, found, shape: None })
+    }
+
+    /// The same muscles with the shape of their law found too.
+    fn shaped(
+        self,
+        rest: &mut SkinAtRest,
+        mut of: Shaping<'a>,
+        seen: &Seen<'_>,
+        first: &[Point3<f64>],
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Self, String> {
+        let jaw = self.jaw();
+        of.ask(self.felt.iter().map(|a| a.id.as_str()).collect(), jaw.is_some());
+        let Shaped { logs, loads, found, cost } =
+            of.fit(&mut Body { rest, jaw }, seen, first, (self.loads, self.found), stop)?;
+        Ok(Self { felt: self.felt, loads, found, shape: Some(Shape { of, logs, cost, errors: None }) })
+    }
+
+    /// What was minimised.
+    fn cost(&self) -> f64 {
+        self.shape.as_ref().map_or(self.found.cost, |shape| shape.cost)
     }
 
     /// The jaw's column.
@@ -360,17 +440,19 @@ fn said(
     tried: &Tried<'_>,
     whole: Option<Completed>,
 ) -> Option<(Vec<Vector3<f64>>, Vec<f64>, MuscleForces)> {
-    let (n, jaw, Tried { felt, loads, found }) = (outcome.first.len(), tried.jaw(), tried);
+    let (n, jaw, Tried { felt, loads, found, shape }) = (outcome.first.len(), tried.jaw(), tried);
     let degrees = |activations: &DVector<f64>| {
-        let pulls = activations.iter().filter(|a| **a > 0.0).count();
+        let pulls = activations.iter().filter(|a| **a > 0.0).count() + shape.as_ref().map_or(0, |s| s.logs.len());
         (2 * seen.len()).saturating_sub(pulls).max(1) as f64
     };
     let misfit = (found.square / degrees(&found.activations)).sqrt();
     let left_px = seen.rms_px(|row| found.off[row]);
     let share = whole.as_ref().map(|w| w.share);
-    let whole = match whole {
-        Some(whole) => whole,
-        None => Completed::alone(found, n)?,
+    let whole = if let Some(whole) = whole {
+        whole
+    } else {
+        let with_shape = shape.as_ref().and_then(|s| Some(s.errors.as_ref()?.errors.clone()));
+        Completed::alone(found, n, with_shape.or_else(|| found.errors())?)
     };
     let widened = (whole.square / degrees(&whole.activations)).sqrt().max(1.0);
     let x = &whole.positions;
@@ -389,11 +471,15 @@ fn said(
     let slopes = rest.skin().slopes(x, &all);
     // δF_i = Σ_j B_ij (δx_i − δx_j).
     let errors = &whole.errors;
+    // Of the fit with what the muscles leave the shape counts as known.
+    let by_shape = shape.as_ref().and_then(|s| s.errors.as_ref()).map_or(&[][..], |e| &e.pulls);
+    let columns = loads.iter().take(felt.len()).zip(0..).chain(by_shape.iter().zip(loads.len()..));
+    let columns: Vec<_> = columns.filter(|(_, row)| *row < errors.activations.nrows()).collect();
     let variance = |v: usize| -> f64 {
         let rows: Vec<_> = slopes.at(v).collect();
         let change = |c: usize| {
             if !rest.free()[v] {
-                return (0..felt.len()).map(|j| loads[j][v] * errors.activations[(j, c)]).sum::<Vector3<f64>>();
+                return columns.iter().map(|(pull, row)| pull[v] * errors.activations[(*row, c)]).sum::<Vector3<f64>>();
             }
             let at = |v: usize| errors.places.fixed_view::<3, 1>(3 * v, c);
             rows.iter().map(|(j, block)| block * (at(v) - at(*j))).sum::<Vector3<f64>>()
@@ -445,6 +531,7 @@ fn said(
         left_px,
         misfit,
         besides,
+        shape: shape.as_ref().map_or_else(Vec::new, |s| s.parameters(widened)),
         measured: Vec::new(),
         measured_sigma: Vec::new(),
     };

@@ -212,6 +212,9 @@ pub struct MuscleWay {
     /// Whether nothing pulls but the muscles; otherwise what they leave is taken for smooth pulls besides them, as far as the points ask.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub alone: bool,
+    /// Whether the law's shape is found with the muscles, one for all; otherwise it is the law's usual one.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub shape: bool,
 }
 
 impl FieldWay {
@@ -219,7 +222,7 @@ impl FieldWay {
     pub const ALL: [Self; 3] = [
         Self::Direct,
         Self::Regularised { weight: WeightRule::Discrepancy },
-        Self::Muscles(MuscleWay { weight: WeightRule::Discrepancy, law: None, most: None, alone: false }),
+        Self::Muscles(MuscleWay { weight: WeightRule::Discrepancy, law: None, most: None, alone: false, shape: false }),
     ];
 
     /// Whether it is the thesis's.

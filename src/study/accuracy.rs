@@ -19,7 +19,7 @@ pub use reading::reading;
 const STUDY: &str = "accuracy";
 
 /// The questions, and what stands above each chart.
-const PARTS: [(&str, &str); 10] = [
+const PARTS: [(&str, &str); 11] = [
     ("forces", "Forces from marks: a brow raise that slides on the face"),
     ("forces, rough", "Forces from marks: a rough motion that no smoothness was made for"),
     (
@@ -30,6 +30,7 @@ const PARTS: [(&str, &str); 10] = [
         "forces, elsewhere",
         "Forces from marks: the same foreheads, pulled by muscles one vertex from where the face has them",
     ),
+    ("forces, spread", "Forces from marks: the same foreheads, pulled by muscles of the thesis's law in another shape"),
     (
         "forces, whole face",
         "Forces from marks: whole faces in the same expressions, surprise and fear with an open jaw",

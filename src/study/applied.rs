@@ -105,9 +105,10 @@ pub(super) fn method(way: FieldWay) -> String {
     let words = match way {
         FieldWay::Direct => Vec::new(),
         FieldWay::Regularised { weight } => vec![weight.label().to_lowercase()],
-        FieldWay::Muscles(MuscleWay { law, most, .. }) => {
+        FieldWay::Muscles(MuscleWay { law, most, shape, .. }) => {
             let most = most.map(|n| if n == u8::MAX { FEWEST.to_owned() } else { format!("{AT_MOST}{n}") });
             let words: Vec<String> = law.map(|l| l.label().to_owned()).into_iter().chain(most).collect();
+            let words: Vec<String> = words.into_iter().chain(shape.then(|| SHAPED.to_owned())).collect();
             if words.is_empty() { vec![ALL.to_owned()] } else { words }
         }
     };
@@ -118,6 +119,7 @@ pub(super) fn method(way: FieldWay) -> String {
 
 const ALONE: &str = " alone";
 const ALL: &str = "all";
+const SHAPED: &str = "its shape found";
 const FEWEST: &str = "smallest set";
 const AT_MOST: &str = "at most ";
 
@@ -139,6 +141,7 @@ fn way(method: &str) -> Option<FieldWay> {
     for word in words.split(", ").filter(|w| *w != ALL) {
         match LawKind::ALL.into_iter().find(|l| l.label() == word) {
             Some(law) => found.law = Some(law),
+            None if word == SHAPED => found.shape = true,
             None if word == FEWEST => found.most = Some(u8::MAX),
             None => found.most = Some(word.strip_prefix(AT_MOST)?.parse().ok()?),
         }
@@ -176,7 +179,7 @@ fn field_words(way: FieldWay) -> String {
     match way {
         FieldWay::Direct => format!("{label}, as the thesis"),
         FieldWay::Regularised { weight } => format!("{label}, weight by {}", weight.label().to_lowercase()),
-        FieldWay::Muscles(MuscleWay { law, most, alone, .. }) => {
+        FieldWay::Muscles(MuscleWay { law, most, alone, shape, .. }) => {
             let alone = if alone { " alone" } else { "" };
             let most = match most {
                 None => String::new(),
@@ -184,7 +187,8 @@ fn field_words(way: FieldWay) -> String {
                 Some(n) => format!(", at most {n}"),
             };
             let law = law.map_or("the law that leaves least", LawKind::label);
-            format!("{label}{alone}, {law}{most}")
+            let shape = if shape { ", its shape found" } else { "" };
+            format!("{label}{alone}, {law}{shape}{most}")
         }
     }
 }
@@ -234,6 +238,8 @@ mod tests {
         for most in [None, Some(2), Some(u8::MAX)] {
             for (law, alone) in [(None, false), (sheet, false), (None, true), (sheet, true)] {
                 assert_eq!(named(&method(of(law, most, alone))), of(law, most, alone));
+                let shaped = FieldWay::Muscles(MuscleWay { law, most, alone, shape: true, ..MuscleWay::default() });
+                assert_eq!(named(&method(shaped)), shaped);
             }
         }
         assert_eq!(applied("Muscles", "rules=as the scene", &now), None);

@@ -34,7 +34,7 @@ const WAYS: [(&str, FieldWay); 4] = [
 ];
 
 const fn muscles(alone: bool) -> FieldWay {
-    FieldWay::Muscles(MuscleWay { weight: WeightRule::Discrepancy, law: None, most: None, alone })
+    FieldWay::Muscles(MuscleWay { weight: WeightRule::Discrepancy, law: None, most: None, alone, shape: false })
 }
 
 /// What a way makes of a field.

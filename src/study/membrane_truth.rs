@@ -16,13 +16,13 @@ pub struct MembraneSettings {
     /// What the skin is made of.
     pub sheet: Sheet,
     /// How a muscle's traction spreads around its fibre.
-    pub law: LawKind,
+    pub law: MuscleLaw,
 }
 
 impl Default for MembraneSettings {
     /// One cut, the default skin, the anatomical law.
     fn default() -> Self {
-        Self { levels: 1, sheet: Sheet::default(), law: LawKind::Anatomical }
+        Self { levels: 1, sheet: Sheet::default(), law: MuscleLaw::default_of(LawKind::Anatomical) }
     }
 }
 
@@ -99,8 +99,7 @@ impl MembraneFace {
         let mesh = refined.face.mesh();
         let rest = mesh.positions();
         let areas = mesh.vertex_areas(rest);
-        let law = MuscleLaw::default_of(settings.law);
-        let mut actuators = Actuators::of(&refined.face, rest, &law, ActuatorSettings::default())?;
+        let mut actuators = Actuators::of(&refined.face, rest, &settings.law, ActuatorSettings::default())?;
         actuators.become_tractions(&areas);
         // Of the system only bones, skull and loads are used, not its springs.
         let options =

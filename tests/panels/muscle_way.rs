@@ -150,4 +150,11 @@ fn the_muscles_can_be_taken_alone_and_the_panel_says_what_they_leave() {
     assert_eq!(window.state().project().settings.field, expected);
     assert!(window.query_by_label_contains("Pulls besides theirs are").is_none());
     assert!(window.state().outcome().muscles.as_ref().is_some_and(|m| m.besides.is_none()));
+    // The law's shape is asked for by the same rules, and said with its intervals.
+    window.get_by_label("Found with the muscles").click();
+    settle(&mut window);
+    let shaped = FieldWay::Muscles(MuscleWay { alone: true, shape: true, ..one_law() });
+    assert_eq!(window.state().project().settings.field, shaped);
+    assert!(window.query_by_label_contains("Its shape: steepness along the fibre").is_some());
+    assert!(window.state().outcome().muscles.as_ref().is_some_and(|m| m.shape.len() == 4));
 }

@@ -51,16 +51,16 @@ pub(super) struct Completed {
 }
 
 impl Completed {
-    /// The muscles alone, with nothing besides them on any of `vertices`; None where their errors cannot be told.
-    pub(super) fn alone(found: &Found, vertices: usize) -> Option<Self> {
-        Some(Self {
+    /// The muscles alone, with nothing besides them on any of `vertices`.
+    pub(super) fn alone(found: &Found, vertices: usize, errors: Errors) -> Self {
+        Self {
             activations: found.activations.clone(),
             positions: found.positions.clone(),
             square: found.square,
             besides: vec![Vector3::zeros(); vertices],
             share: 0.0,
-            errors: found.errors()?,
-        })
+            errors,
+        }
     }
 }
 

@@ -327,6 +327,7 @@ impl Found {
 }
 
 /// Independent errors of one standard deviation each, a column for each of them.
+#[derive(Clone)]
 pub(super) struct Errors {
     /// What each changes of the activations.
     pub(super) activations: DMatrix<f64>,

@@ -25,17 +25,23 @@ fn posed(pulls: &[(&str, f64)]) -> Posed {
 
 /// The same by the muscles of another face of this mesh, marked for the generic face.
 fn posed_by(pulls: &[(&str, f64)], puller: &FaceModel) -> Posed {
-    posed_with(pulls, puller, 0.0, face::generic().region("forehead_and_brows").to_vec())
+    posed_with(
+        pulls,
+        puller,
+        &MuscleLaw::default_of(LawKind::Anatomical),
+        0.0,
+        face::generic().region("forehead_and_brows").to_vec(),
+    )
 }
 
 /// The same with the jaw open, marked on these vertices.
-fn posed_with(pulls: &[(&str, f64)], puller: &FaceModel, jaw_deg: f64, marked: Vec<u32>) -> Posed {
+fn posed_with(pulls: &[(&str, f64)], puller: &FaceModel, law: &MuscleLaw, jaw_deg: f64, marked: Vec<u32>) -> Posed {
     let face = face::generic();
     let mut project = Project::default();
     project.settings.skin_model = SkinModel::Membrane;
     project.settings.remove_head_motion = false;
     let before = pipeline::solve(&project, &face, [1036, 1036], &mut Workspace::default());
-    let all = tractions(puller, &before.first, &MuscleLaw::default_of(LawKind::Anatomical)).unwrap();
+    let all = tractions(puller, &before.first, law).unwrap();
     let mut loads = vec![Vector3::zeros(); face.mesh().len()];
     for (id, activation) in pulls {
         let actuator = all.iter().find(|a| a.id == *id).unwrap();
@@ -306,7 +312,8 @@ fn the_jaw_is_found_beside_the_muscles() {
     let generic = face::generic();
     let rest = generic.mesh().positions();
     let lower = (0..rest.len() as u32).filter(|v| rest[*v as usize].y < -5.0).collect();
-    let open = posed_with(&pulls, &generic, 8.0, lower);
+    let law = MuscleLaw::default_of(LawKind::Anatomical);
+    let open = posed_with(&pulls, &generic, &law, 8.0, lower);
     let outcome = solve(&open, WAY(LawKind::Anatomical, None));
     let found = outcome.muscles.as_ref().unwrap();
     let jaw = found.jaw.unwrap();
@@ -332,4 +339,44 @@ fn muscles_that_the_marks_cannot_feel_are_not_asked_for() {
     let rest = posed.face.mesh().positions();
     let all = Actuators::of(&posed.face, rest, &law, ActuatorSettings::default()).unwrap();
     assert!(found.among >= 8 && found.among < all.all.len(), "{} of {}", found.among, all.all.len());
+}
+
+/// The anatomical law with its parameters times these.
+fn of_shape(times: [f64; 4]) -> MuscleLaw {
+    let usual = MuscleLaw::default_of(LawKind::Anatomical);
+    let values: Vec<f64> = usual.parameters().iter().zip(times).map(|(p, times)| p.value * times).collect();
+    usual.with_parameters(&values).unwrap()
+}
+
+/// Muscles that spread their pull otherwise than their law usually does: with its usual shape the field is off, and the shape is found again with the
+/// muscles. Where it is the usual one nothing is lost by asking.
+#[test]
+fn the_shape_of_a_law_is_found_with_the_muscles_that_pull_by_it() {
+    let law = of_shape([0.7, 1.5, 1.4, 0.7]);
+    let forehead = || face::generic().region("forehead_and_brows").to_vec();
+    let other = marked_within(posed_with(&BROW_RAISE, &face::generic(), &law, 0.0, forehead()), 0.1);
+    let usual = marked_within(posed(&BROW_RAISE), 0.1);
+    let by = |posed: &Posed, alone, shape| {
+        let way = MuscleWay { law: Some(LawKind::Anatomical), alone, shape, ..MuscleWay::default() };
+        let outcome = solve(posed, FieldWay::Muscles(way));
+        let (error, covers) = error_and_coverage(posed, &outcome);
+        (error, covers, outcome.muscles.unwrap())
+    };
+    let (off, _, plain) = by(&other, true, false);
+    let (near, covers, found) = by(&other, true, true);
+    assert!(plain.shape.is_empty() && found.shape.len() == 4);
+    assert!(near < 0.3 * off && near < 0.06 && covers > 0.9, "{off} {near} {covers}");
+    assert!(found.misfit < 0.5 * plain.misfit, "{} {}", plain.misfit, found.misfit);
+    let inside =
+        found.shape.iter().zip(law.parameters()).filter(|(p, q)| (p.between[0]..=p.between[1]).contains(&q.value));
+    assert!(inside.count() >= 3, "{:?}", found.shape);
+    for (id, activation) in &other.pulls {
+        let pulling = found.pulling.iter().find(|p| p.id == *id).unwrap();
+        assert!((pulling.activation - activation).abs() < 0.05, "{pulling:?}");
+    }
+    // With pulls besides them, which then are few.
+    let [with, without] = [true, false].map(|shape| by(&other, false, shape));
+    assert!(with.0 < without.0 && with.2.besides.unwrap().of_all < without.2.besides.unwrap().of_all);
+    let [asked, not] = [true, false].map(|shape| by(&usual, true, shape));
+    assert!(asked.0 < 0.05 && asked.1 > 0.9, "{} {} {}", asked.0, asked.1, not.0);
 }

@@ -20,7 +20,7 @@ use crate::displacement::{DepthRule, UnmarkedRule};
 use crate::expression::{Basic, Expression, Refined};
 use crate::face::FaceModel;
 use crate::forces::{SkinModel, SpringRule};
-use crate::muscle::LawKind;
+use crate::muscle::{LawError, LawKind, MuscleLaw, Parameter};
 use crate::pipeline::{self, Workspace};
 use crate::project::{FieldWay, MuscleWay, Project, Role, Settings};
 use crate::simulate::Ended;
@@ -41,6 +41,8 @@ const INTENSITY: f64 = 0.6;
 const EXPRESSIONS: [Basic; 4] = [Basic::Surprise, Basic::Sad, Basic::Anger, Basic::Fear];
 /// Marking errors tried on whole faces, px.
 const WHOLE_NOISES: [f64; 3] = [0.0, 0.3, 1.0];
+/// Powers of two by which a law of another shape differs.
+const SHAPED: f64 = 1.0;
 const REGION: &str = "forehead_and_brows";
 
 /// Where the true forces come from.
@@ -54,14 +56,16 @@ enum Truth {
     Membrane,
     /// The same by muscles that are not where the face has them ([`scene::muscles_elsewhere`]).
     Elsewhere,
+    /// The same by muscles whose law spreads their pull otherwise than it usually does.
+    Spread,
     /// As the membranes, of a face marked as a whole: with lids, lips and an open jaw.
     Whole,
     WholeElsewhere,
 }
 
 impl Truth {
-    const ALL: [Self; 6] =
-        [Self::Raise, Self::Rough, Self::Membrane, Self::Elsewhere, Self::Whole, Self::WholeElsewhere];
+    const ALL: [Self; 7] =
+        [Self::Raise, Self::Rough, Self::Membrane, Self::Elsewhere, Self::Spread, Self::Whole, Self::WholeElsewhere];
 
     /// Whether it is of a membrane.
     fn settles(self) -> bool {
@@ -76,7 +80,7 @@ impl Truth {
     fn weight(self) -> f64 {
         match self {
             Self::Raise | Self::Rough => 0.05,
-            Self::Membrane | Self::Elsewhere => 0.3,
+            Self::Membrane | Self::Elsewhere | Self::Spread => 0.3,
             Self::Whole | Self::WholeElsewhere => 3.0,
         }
     }
@@ -109,8 +113,11 @@ fn made(generic: &FaceModel, truth: Truth, seed: u64) -> Result<Made, String> {
     let person = scene::person(generic, seed, distance_mm).map_err(|e| e.to_string())?;
     let elsewhere = truth.is_elsewhere().then(|| scene::muscles_elsewhere(&person, seed));
     let elsewhere = elsewhere.transpose().map_err(|e| e.to_string())?;
-    let mut face = MembraneFace::new(elsewhere.as_ref().unwrap_or(&person), &MembraneSettings::default())
-        .map_err(|e| e.to_string())?;
+    let mut settings = MembraneSettings::default();
+    if truth == Truth::Spread {
+        settings.law = spread_otherwise(&settings.law, seed).map_err(|e| e.to_string())?;
+    }
+    let mut face = MembraneFace::new(elsewhere.as_ref().unwrap_or(&person), &settings).map_err(|e| e.to_string())?;
     let expression = Expression::basic(basic, face.actuators()).times(INTENSITY);
     let truth = face.truth(&expression).map_err(|e| e.to_string())?;
     if truth.ended != Ended::Converged {
@@ -118,6 +125,16 @@ fn made(generic: &FaceModel, truth: Truth, seed: u64) -> Result<Made, String> {
     }
     let gentle = gentle(person.mesh(), &truth.last, Settings::default().skin_thickness_mm);
     Ok(Made { person, name: basic.name(), last: truth.last, force: truth.force, gentle })
+}
+
+/// A law of another shape: each of its parameters over where its scale begins by up to twice as much or half.
+fn spread_otherwise(law: &MuscleLaw, seed: u64) -> Result<MuscleLaw, LawError> {
+    let mut random = Pcg64::seed_from_u64(seed ^ 0x7368_6170);
+    let mut other = |p: &Parameter| {
+        let times = random.random_range(-SHAPED..SHAPED).exp2();
+        (p.origin + (p.value - p.origin) * times).clamp(p.low, p.high)
+    };
+    law.with_parameters(&law.parameters().iter().map(&mut other).collect::<Vec<f64>>())
 }
 
 /// The ways to the field, by name; in a quick study muscles only by the law that leaves least.
@@ -128,7 +145,10 @@ fn ways(quick: bool) -> Vec<(String, FieldWay)> {
     let laws = [None, Some(LawKind::WatersSheet), Some(LawKind::Anatomical)];
     for alone in [false, true] {
         let tried = laws.iter().take(if quick { 1 } else { laws.len() });
-        all.extend(tried.map(|&law| FieldWay::Muscles(MuscleWay { weight, law, most: None, alone })));
+        all.extend(tried.map(|&law| FieldWay::Muscles(MuscleWay { weight, law, alone, ..MuscleWay::default() })));
+        let law = Some(LawKind::Anatomical);
+        let shaped = MuscleWay { weight, law, alone, shape: true, ..MuscleWay::default() };
+        all.extend((!quick).then_some(FieldWay::Muscles(shaped)));
     }
     all.into_iter().map(|way| (method(way), way)).collect()
 }
@@ -153,15 +173,19 @@ const FINER: &str = "skin=membrane; mesh=finer";
 
 impl Truth {
     /// What is tried on a truth: every rule on the first, of which muscles ask none, and on the others what its skin is; the mesh level on foreheads
-    /// that a membrane moves, but for muscles.
+    /// that a membrane moves, but for muscles; the shape of a law on
+    /// foreheads of a membrane.
     fn tries(self, setting: &str, way: FieldWay) -> bool {
+        if matches!(way, FieldWay::Muscles(MuscleWay { shape: true, .. })) {
+            return matches!(self, Self::Membrane | Self::Elsewhere | Self::Spread) && setting == MEMBRANE;
+        }
         match self {
             Self::Raise if matches!(way, FieldWay::Muscles(_)) => setting == CHANGES[0].0,
             Self::Raise => ![MEMBRANE, FINER].contains(&setting),
             Self::Rough => setting == CHANGES[0].0,
             Self::Membrane if matches!(way, FieldWay::Muscles(_)) => setting == CHANGES[0].0 || setting == MEMBRANE,
             Self::Membrane => [CHANGES[0].0, MEMBRANE, FINER].contains(&setting),
-            Self::Elsewhere | Self::Whole | Self::WholeElsewhere => setting == MEMBRANE,
+            _ => setting == MEMBRANE,
         }
     }
 }

@@ -33,8 +33,8 @@ pub(super) fn cases(options: &Options) -> Vec<Case> {
             let (face, truth) = (Arc::clone(&options.face), Arc::clone(&truth));
             let setting = setting(&[("step_ms", step_ms)]);
             let of = setting.clone();
-            let work = move || vec![stepped(&face, &truth, method, step_ms, run(6, method.label(), &of))];
-            cases.push(case(6, method.label(), &setting, work).weighing(0.05 + 0.2 / step_ms));
+            let work = move || vec![stepped(&face, &truth, method, step_ms, run(7, method.label(), &of))];
+            cases.push(case(7, method.label(), &setting, work).weighing(0.05 + 0.2 / step_ms));
         }
     }
     cases

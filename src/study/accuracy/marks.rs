@@ -11,7 +11,7 @@ use super::{case, run};
 use crate::face::FaceModel;
 
 /// The part of the study.
-const PART: usize = 9;
+const PART: usize = 10;
 /// Side of the frames, px.
 const SIZE: u32 = 1036;
 /// Scenes of each skin: every one holds hundreds of points.

@@ -34,7 +34,7 @@ fn laws(options: &Options, seeds: u64) -> Vec<Case> {
                     let scene = Scene::frontalis(&face, ABOVE_MM).map_err(|e| e.to_string())?;
                     Ok(law_trial::sweep(&scene, &MuscleLaw::default_of(LawKind::Anatomical), 0.0, seeds, SEED))
                 });
-                let row = || Run { vertices: face.mesh().len(), ..run(7, method, &of) };
+                let row = || Run { vertices: face.mesh().len(), ..run(8, method, &of) };
                 let own = |r: &&SweepRow| r.method == method && r.tolerance == tolerance;
                 let one = |r: &SweepRow| {
                     let row = Run { seed: r.seed, ..row() }.timed(r.time_ms);
@@ -47,7 +47,7 @@ fn laws(options: &Options, seeds: u64) -> Vec<Case> {
                     Err(why) => vec![row().failing(Some(why.clone()))],
                 }
             };
-            cases.push(case(7, method, &setting, work).weighing(0.05));
+            cases.push(case(8, method, &setting, work).weighing(0.05));
         }
     }
     cases
@@ -73,7 +73,7 @@ fn faces(options: &Options, seeds: u64) -> Vec<Case> {
             let work = move || {
                 let one = |seed: u64| {
                     let people = PeopleSettings { people: 6, seed, noise_px, ..PeopleSettings::default() };
-                    let row = run(8, name, "people=6");
+                    let row = run(9, name, "people=6");
                     let row = Run { noise_px, vertices: face.mesh().len(), seed, ..row };
                     match customised_people(&face, &people, &settings) {
                         Ok(r) if r.people == 0 => row.failing(Some("no face has the proportions drawn".to_owned())),
@@ -88,7 +88,7 @@ fn faces(options: &Options, seeds: u64) -> Vec<Case> {
                 };
                 (1..=seeds).map(one).collect()
             };
-            cases.push(case(8, name, &format!("{noise_px} px"), work).weighing(0.1));
+            cases.push(case(9, name, &format!("{noise_px} px"), work).weighing(0.1));
         }
     }
     cases

@@ -57,7 +57,7 @@ const SMOOTH: FieldWay = FieldWay::Regularised { weight: WEIGHT };
 /// Muscles by the thesis's law, and on the face's own mesh, whatever law made the truth: to try all of them takes four
 /// times as long, and so does a finer mesh.
 const fn muscles(most: Option<u8>, alone: bool) -> FieldWay {
-    FieldWay::Muscles(MuscleWay { weight: WEIGHT, law: Some(LawKind::Anatomical), most, alone })
+    FieldWay::Muscles(MuscleWay { weight: WEIGHT, law: Some(LawKind::Anatomical), most, alone, shape: false })
 }
 
 /// The ways, the simplest first.

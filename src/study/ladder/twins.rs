@@ -7,7 +7,7 @@ use rand_pcg::Pcg64;
 use super::ground::{Ground, apart, membrane};
 use crate::camera::RigidMotion;
 use crate::expression::{Actuators, Expression};
-use crate::muscle::LawKind;
+use crate::muscle::{LawKind, MuscleLaw};
 use crate::project::{Mark, Project, Role};
 use crate::simulate::Ended;
 use crate::study::scene::muscles_elsewhere;
@@ -49,7 +49,7 @@ impl Truth {
     /// quite where the face has them.
     pub(super) fn new(ground: &Ground, seed: u64) -> Result<Self, String> {
         let law = LawKind::ALL[Pcg64::seed_from_u64(seed ^ 0x6c61_7773).random_range(0..LawKind::ALL.len())];
-        let settings = MembraneSettings { law, ..membrane(&ground.project.settings) };
+        let settings = MembraneSettings { law: MuscleLaw::default_of(law), ..membrane(&ground.project.settings) };
         let puller = muscles_elsewhere(&ground.person, seed).map_err(|e| e.to_string())?;
         let mut face = MembraneFace::new(&puller, &settings).map_err(|e| e.to_string())?;
         let mut why = String::new();
