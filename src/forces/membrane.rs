@@ -115,12 +115,6 @@ impl Membrane {
         &self.sheet
     }
 
-    /// Elastic energy, mJ.
-    pub fn energy(&self, x: &[Point3<f64>]) -> f64 {
-        let of = |e: &Element| e.millijoule_per_kpa * (self.answer::<0>(&e.gradient(x)).energy + self.opening(e, x).0);
-        self.elements.iter().map(of).sum()
-    }
-
     /// Elastic energy (mJ) and its force −∂U/∂x on every vertex, N. An element with a corner that is not `active` (absent: all are)
     /// carries nothing.
     pub fn forces(&self, x: &[Point3<f64>], active: Option<&[bool]>, out: &mut Vec<Vector3<f64>>) -> f64 {
@@ -225,7 +219,7 @@ impl Membrane {
         (0.5 * stiff * off * off, -stiff * off)
     }
 
-    /// ORDER 0: energy; 1: and stress; 2: and stiffness; 3: and the positive part of the stiffness.
+    /// ORDER 1: energy and stress; 2: and stiffness; 3: and the positive part of the stiffness.
     fn answer<const ORDER: u8>(&self, f: &[Vector3<f64>; 2]) -> Answer {
         match self.sheet.material {
             Material::Fibres => self.of_fibres::<ORDER>(f),
@@ -245,7 +239,7 @@ impl Membrane {
             let stretch = (c00 * xx + 2.0 * c01 * xy + c11 * yy).max(0.0).sqrt();
             let [energy, stress, slope] = self.sheet.curve.energy_stress_slope_kpa(stretch - 1.0);
             answer.energy += weight * energy;
-            if ORDER == 0 || stretch < 1e-9 {
+            if stretch < 1e-9 {
                 continue;
             }
             let squares = [xx, xy, yy];
@@ -264,9 +258,6 @@ impl Membrane {
             for (to, n) in along.iter_mut().zip([xx * xx, xx * xy, xx * yy, xy * yy, yy * yy]) {
                 *to += more * n;
             }
-        }
-        if ORDER == 0 {
-            return answer;
         }
         answer.stress = [f[0] * pull[0] + f[1] * pull[1], f[0] * pull[1] + f[1] * pull[2]];
         if ORDER == 1 {
@@ -288,9 +279,6 @@ impl Membrane {
         let (stretch, n, u) = principal(f);
         let law = stretch.map(|l| self.sheet.curve.energy_stress_slope_kpa(l - 1.0));
         answer.energy = law[0][0] + law[1][0];
-        if ORDER == 0 {
-            return answer;
-        }
         for ([_, stress, _], (n, u)) in law.iter().zip(n.iter().zip(&u)) {
             answer.stress[0] += u * (stress * n.x);
             answer.stress[1] += u * (stress * n.y);

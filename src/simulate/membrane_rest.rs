@@ -79,11 +79,13 @@ impl MembraneSolver {
                 *d *= shortened;
             }
             let slope = search.slope(forces);
-            let found = search.descend(system, &mut x, energy, slope, |x| membrane.energy(x) - work(x));
-            let Some((share, _)) = found else {
+            let evaluate = |x: &[Point3<f64>]| pulls(membrane, system, x, forces) - work(x);
+            let Some((share, after)) = search.descend(system, &mut x, energy, slope, evaluate) else {
+                // The forces are those of the last place tried.
+                energy = pulls(membrane, system, &x, forces) - work(&x);
                 break if longest < self.tolerance_mm { Ended::Converged } else { Ended::Stalled };
             };
-            energy = pulls(membrane, system, &x, forces) - work(&x);
+            energy = after;
             if search.arrived(longest, share, self.tolerance_mm, false) {
                 break Ended::Converged;
             }

@@ -380,3 +380,26 @@ fn the_shape_of_a_law_is_found_with_the_muscles_that_pull_by_it() {
     let [asked, not] = [true, false].map(|shape| by(&usual, true, shape));
     assert!(asked.0 < 0.05 && asked.1 > 0.9, "{} {} {}", asked.0, asked.1, not.0);
 }
+
+/// Any law can be asked for its shape, and leaves the points no further off with it; the law of the four that then leaves least is the one that pulled.
+#[test]
+fn the_shape_of_every_law_can_be_found() {
+    let law = of_shape([0.7, 1.5, 1.4, 0.7]);
+    let forehead = face::generic().region("forehead_and_brows").to_vec();
+    let posed = marked_within(posed_with(&BROW_RAISE, &face::generic(), &law, 0.0, forehead), 0.3);
+    let by = |law, shape| {
+        let way = MuscleWay { law, alone: true, shape, ..MuscleWay::default() };
+        solve(&posed, FieldWay::Muscles(way)).muscles.unwrap()
+    };
+    for law in LawKind::ALL {
+        let (plain, shaped) = (by(Some(law), false), by(Some(law), true));
+        // Waters' sheet is sharp across the fibre: that side is no unknown.
+        let unknowns = MuscleLaw::default_of(law).parameters().iter().filter(|p| p.smooth).count();
+        assert_eq!(shaped.shape.len(), unknowns, "{law:?}");
+        assert!(shaped.misfit < 1.01 * plain.misfit, "{law:?}: {} {}", plain.misfit, shaped.misfit);
+        for p in &shaped.shape {
+            assert!(p.between[0] <= p.value && p.value <= p.between[1] && p.between[0] < p.between[1], "{law:?} {p:?}");
+        }
+    }
+    assert_eq!(by(None, true).law, LawKind::Anatomical);
+}
