@@ -4,9 +4,9 @@ use std::fmt::Write;
 
 use crate::draw::line_chart::COLOURS;
 use crate::draw::svg::{FONT_FAMILY, escape};
-use crate::study::Run;
 use crate::study::points::{Point, mark_front, points};
 use crate::study::table::in_words;
+use crate::study::{Run, accuracy};
 
 /// What is live while a point is dragged, ms: one frame of a screen.
 pub const LIVE_MS: f64 = 16.0;
@@ -47,17 +47,6 @@ pub struct Chosen {
     pub words: String,
 }
 
-/// What an error of forces is called.
-pub(super) const FORCE_ERROR: &str = "relative force error";
-
-/// What the errors of a part of the study of accuracy are of.
-pub fn error_words(part: &str) -> &'static str {
-    match part {
-        "forward" | "face" | "marks" => "relative error",
-        _ => FORCE_ERROR,
-    }
-}
-
 /// The panels of a table: one a part and noise, in the order of the table; `title` says what a part is about.
 pub fn panels(runs: &[Run], title: impl Fn(&str) -> String) -> Vec<Panel> {
     let mut keys: Vec<(&str, f64)> = Vec::new();
@@ -72,7 +61,7 @@ pub fn panels(runs: &[Run], title: impl Fn(&str) -> String) -> Vec<Panel> {
         mark_front(&mut own);
         let noise = if several(part) || noise > 0.0 { format!(", {noise} px of marking noise") } else { String::new() };
         let title = format!("{}{noise}", title(part));
-        Panel { title, error: error_words(part), points: own, chosen: Vec::new() }
+        Panel { title, error: accuracy::error_words(part), points: own, chosen: Vec::new() }
     };
     keys.iter().map(panel).collect()
 }
@@ -360,7 +349,8 @@ mod tests {
 
     #[test]
     fn an_empty_table_is_an_empty_chart() {
-        let nothing = [Panel { title: String::new(), error: FORCE_ERROR, points: Vec::new(), chosen: Vec::new() }];
+        let nothing =
+            [Panel { title: String::new(), error: accuracy::FORCE_ERROR, points: Vec::new(), chosen: Vec::new() }];
         crate::draw::svg::paint(&svg("", &nothing, ""), 1.0).unwrap();
     }
 }

@@ -1,8 +1,9 @@
 //! The chart of the ladder: the error that 95 % of twins stay below against the time after a drag, with the rungs that were chosen.
 
-use super::study_chart::{self, Chosen, FORCE_ERROR, Panel};
+use super::study_chart::{self, Chosen, Panel};
 use crate::draw::numbers::significant;
 use crate::study::Run;
+use crate::study::accuracy::FORCE_ERROR;
 use crate::study::ladder::{Goal, Goals, Standing, choose, standings};
 use crate::study::points::{Point, mark_front};
 

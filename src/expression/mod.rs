@@ -45,7 +45,7 @@ pub use refined::{RefineError, Refined};
 pub use shown::Shown;
 pub use stage::{Holding, Setup, Stage, StageError};
 pub use strength::Evidence;
-pub use tractions::{TractionMesh, tractions};
+pub use tractions::TractionMesh;
 
 #[cfg(test)]
 mod tests;

@@ -67,14 +67,6 @@ impl TractionMesh {
     }
 }
 
-/// The actuators of a face at rest at `rest` (mm), as tractions ([`TractionMesh`]).
-///
-/// # Errors
-/// As [`Actuators::of`], and where the finer mesh is no face.
-pub fn tractions(face: &FaceModel, rest: &[Point3<f64>], law: &MuscleLaw) -> Result<Vec<Actuator>, RefineError> {
-    TractionMesh::new(face, rest)?.actuators(law)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -88,9 +80,9 @@ mod tests {
         let face = face::generic();
         let law = MuscleLaw::default_of(LawKind::Anatomical);
         let rest = face.mesh().positions();
-        let own = tractions(&face, rest, &law).unwrap();
+        let own = TractionMesh::new(&face, rest).unwrap().actuators(&law).unwrap();
         let cut = Refined::new(&face, 1).unwrap();
-        let finer = tractions(&cut.face, cut.face.mesh().positions(), &law).unwrap();
+        let finer = TractionMesh::new(&cut.face, cut.face.mesh().positions()).unwrap().actuators(&law).unwrap();
         let sum = |a: &Actuator| a.loads.iter().map(|(_, f)| f).sum::<Vector3<f64>>();
         let moment = |a: &Actuator, x: &[Point3<f64>]| -> Vector3<f64> {
             a.loads.iter().map(|(v, f)| x[*v as usize].coords.cross(f)).sum()

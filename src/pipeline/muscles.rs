@@ -13,7 +13,7 @@ use self::motion::{Body, Found, Seen, find, together};
 use self::shape::{ShapeErrors, Shaped, Shaping};
 use super::{CustomizeInput, Kept, Outcome, Warning, kept, stages};
 use crate::expression::jaw::{WIDEST_DEG, jaw_of};
-use crate::expression::{Actuator, TractionMesh, held, tractions};
+use crate::expression::{Actuator, TractionMesh, held};
 use crate::face::{FaceModel, Mesh};
 use crate::fit::design::Design;
 use crate::fit::selection::{SelectionSettings, smallest_set};
@@ -114,8 +114,12 @@ pub(super) struct RestInput {
 /// How a landmark's mark moves every vertex of the first frame, mm per px, along each axis of the picture.
 type LandmarkSlopes = [Vec<Vector3<f64>>; 2];
 
-/// Actuators by the name of the law, or why there are none.
-type LoadsOfLaws = BTreeMap<&'static str, Result<Vec<Actuator>, String>>;
+/// What the muscles' loads are made on, and actuators by the name of the law; or why there are none.
+#[derive(Debug)]
+struct LoadsOfLaws {
+    mesh: Result<TractionMesh, String>,
+    actuators: BTreeMap<&'static str, Result<Vec<Actuator>, String>>,
+}
 
 /// Kept from the last run.
 #[derive(Debug, Default)]
@@ -197,16 +201,18 @@ pub(super) fn explain(
         Ok(rest)
     });
     let rest = rest.as_mut().map_err(|why| why.clone())?;
-    let loads = kept(&mut ready.loads, outcome.first.clone(), |_| BTreeMap::new());
-    let shaped_on = way.shape.then(|| TractionMesh::new(face, &outcome.first)).transpose();
-    let shaped_on = shaped_on.map_err(|why| why.to_string())?;
+    let LoadsOfLaws { mesh, actuators: loads } = kept(&mut ready.loads, outcome.first.clone(), |first| {
+        let mesh = TractionMesh::new(face, first).map_err(|why| why.to_string());
+        LoadsOfLaws { mesh, actuators: BTreeMap::new() }
+    });
+    let mesh = mesh.as_ref().map_err(Clone::clone)?;
     let mut nearest: Option<(LawKind, Tried)> = None;
     let mut why = NO_REST.to_owned();
     let laws = way.law.as_ref().map_or(&LawKind::ALL[..], std::slice::from_ref);
     for &law in laws {
-        loads.entry(law.name()).or_insert_with(|| {
-            tractions(face, &outcome.first, &MuscleLaw::default_of(law)).map_err(|why| why.to_string())
-        });
+        loads
+            .entry(law.name())
+            .or_insert_with(|| mesh.actuators(&MuscleLaw::default_of(law)).map_err(|why| why.to_string()));
     }
     for (law, actuators) in laws.iter().filter_map(|law| Some((*law, loads.get(law.name())?))) {
         if stop() {
@@ -215,8 +221,10 @@ pub(super) fn explain(
         match actuators.as_ref().map_err(Clone::clone).and_then(|all| {
             let near = nearest.as_ref().map(|(_, tried)| tried);
             let tried = Tried::new(rest, all, &seen, near, &outcome.first)?;
-            let Some(mesh) = &shaped_on else { return Ok(tried) };
-            tried.shaped(rest, Shaping::new(mesh, MuscleLaw::default_of(law)), &seen, &outcome.first, stop)
+            if !way.shape {
+                return Ok(tried);
+            }
+            tried.shaped(rest, (mesh, MuscleLaw::default_of(law)), &seen, &outcome.first, stop)
         }) {
             Ok(tried) if nearest.as_ref().is_none_or(|(_, best)| tried.cost() < best.cost()) => {
                 nearest = Some((law, tried));
@@ -342,13 +350,14 @@ impl<'a> Tried<'a> {
     fn shaped(
         self,
         rest: &mut SkinAtRest,
-        mut of: Shaping<'a>,
+        (mesh, law): (&'a TractionMesh, MuscleLaw),
         seen: &Seen<'_>,
         first: &[Point3<f64>],
         stop: &dyn Fn() -> bool,
     ) -> Result<Self, String> {
         let jaw = self.jaw();
-        of.ask(self.felt.iter().map(|a| a.id.as_str()).collect(), jaw.is_some());
+        let muscles = self.felt.iter().map(|a| a.id.as_str()).collect();
+        let of = Shaping::new(mesh, law, muscles, jaw.is_some());
         let Shaped { logs, loads, found, cost } =
             of.fit(&mut Body { rest, jaw }, seen, first, (self.loads, self.found), stop)?;
         Ok(Self { felt: self.felt, loads, found, shape: Some(Shape { of, logs, cost, errors: None }) })

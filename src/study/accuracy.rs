@@ -60,6 +60,17 @@ pub fn title(part: &str) -> &str {
     PARTS.iter().find(|p| p.0 == part).map_or(part, |p| p.1)
 }
 
+/// What an error of forces is called.
+pub const FORCE_ERROR: &str = "relative force error";
+
+/// What the errors of a part are of, on the axis of its chart.
+pub fn error_words(part: &str) -> &'static str {
+    match part {
+        "forward" | "face" | "marks" => "relative error",
+        _ => FORCE_ERROR,
+    }
+}
+
 /// A row of the study.
 fn run(part: usize, method: &str, setting: &str) -> Run {
     Run::new(STUDY, PARTS[part].0, method, setting.to_owned())

@@ -71,15 +71,10 @@ fn unknowns(law: &MuscleLaw) -> impl Iterator<Item = Parameter> {
 }
 
 impl<'a> Shaping<'a> {
-    /// Of no muscle yet.
-    pub(super) fn new(mesh: &'a TractionMesh, law: MuscleLaw) -> Self {
+    /// Of the muscles with these ids, and of the jaw.
+    pub(super) fn new(mesh: &'a TractionMesh, law: MuscleLaw, muscles: Vec<&'a str>, jaw: bool) -> Self {
         let usual: Vec<f64> = unknowns(&law).map(|p| (p.value - p.origin).ln()).collect();
-        Self { mesh, law, muscles: Vec::new(), jaw: false, usual: DVector::from_vec(usual) }
-    }
-
-    /// Asks for these muscles, by their ids, and for the jaw.
-    pub(super) fn ask(&mut self, muscles: Vec<&'a str>, jaw: bool) {
-        (self.muscles, self.jaw) = (muscles, jaw);
+        Self { mesh, law, muscles, jaw, usual: DVector::from_vec(usual) }
     }
 
     /// The law's parameters that are unknowns, as they usually are.

@@ -41,7 +41,7 @@ fn posed_with(pulls: &[(&str, f64)], puller: &FaceModel, law: &MuscleLaw, jaw_de
     project.settings.skin_model = SkinModel::Membrane;
     project.settings.remove_head_motion = false;
     let before = pipeline::solve(&project, &face, [1036, 1036], &mut Workspace::default());
-    let all = tractions(puller, &before.first, law).unwrap();
+    let all = TractionMesh::new(puller, &before.first).unwrap().actuators(law).unwrap();
     let mut loads = vec![Vector3::zeros(); face.mesh().len()];
     for (id, activation) in pulls {
         let actuator = all.iter().find(|a| a.id == *id).unwrap();

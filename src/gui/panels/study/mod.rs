@@ -14,7 +14,7 @@ use egui::{CentralPanel, Frame, Panel, Ui};
 
 use self::plot::{Plot, Seen, Tick};
 use self::shown::{Asked, Look, Shown};
-use crate::export::study_chart::{LIVE_MS, error_words};
+use crate::export::study_chart::LIVE_MS;
 use crate::gui::action::Action;
 use crate::gui::action_state::ActionState;
 use crate::gui::height_map::MapOptions;
@@ -24,6 +24,7 @@ use crate::gui::panels::muscles::maps as face_maps;
 use crate::gui::study_work::StudyWork;
 use crate::gui::{Command, Focus, Scene};
 use crate::study::Kind;
+use crate::study::accuracy::error_words;
 use crate::study::ladder::Goals;
 
 /// What the workspace of the studies remembers about showing.
